@@ -1,0 +1,1 @@
+"""The kite's autopilot: everything that goes onto the board, and nothing else."""

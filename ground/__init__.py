@@ -1,0 +1,1 @@
+"""The ground station: link, vehicle state, parameters, tuning, recorder, command line."""

@@ -1,0 +1,74 @@
+"""The parameter table of `parameters.toml`, read and checked.
+
+One table serves both sides: the generator writes the firmware's copy from it, and the ground station and the
+bridge read it here for units, limits and documentation.
+"""
+
+import struct
+import tomllib
+from importlib import resources
+from typing import NamedTuple
+
+_KEYS = {"default", "least", "greatest", "step", "disarmed_only", "read_only", "unit", "group", "text"}
+NAME_LENGTH = 16
+
+
+class Parameter(NamedTuple):
+    """One parameter: `default`, `least`, `greatest` and `step` (0: any value) in `unit`."""
+
+    name: str
+    default: float
+    least: float
+    greatest: float
+    step: float
+    unit: str
+    group: str
+    text: str
+    disarmed_only: bool
+    read_only: bool
+
+    def problem_with(self, value: float) -> str | None:
+        """Say in one line why `value` cannot be a value of this parameter, or return None."""
+        rounded = float32(value)
+        if not self.least <= rounded <= self.greatest:  # also refuses NaN
+            return f"{self.name} = {value:g} is outside {self.least:g} to {self.greatest:g} {self.unit}".rstrip()
+        if self.step and (rounded - self.least) % self.step:
+            return f"{self.name} = {value:g} is not {self.least:g} plus a multiple of {self.step:g}"
+        return None
+
+
+def float32(value: float) -> float:
+    """Round to the nearest float32, as a REAL32 on the wire does. Overflow gives an infinity."""
+    try:
+        return struct.unpack("<f", struct.pack("<f", value))[0]
+    except OverflowError:
+        return float("inf") if value > 0 else float("-inf")
+
+
+def parse_parameters(text: str) -> dict[str, Parameter]:
+    """Read the text of a parameter table.
+
+    Raises:
+        ValueError: a name is too long, a key is unknown or missing, or a number is not exact in float32.
+    """
+    table = {}
+    for name, entry in tomllib.loads(text).items():
+        if not 1 <= len(name) <= NAME_LENGTH:
+            raise ValueError(f"parameter {name}: a name has 1 to {NAME_LENGTH} characters")
+        if unknown := set(entry) - _KEYS:
+            raise ValueError(f"parameter {name}: unknown key {sorted(unknown)[0]}")
+        if missing := _KEYS - {"step", "disarmed_only", "read_only"} - set(entry):
+            raise ValueError(f"parameter {name}: missing key {sorted(missing)[0]}")
+        parameter = Parameter(name, **{"step": 0.0, "disarmed_only": False, "read_only": False, **entry})
+        for number in parameter[1:5]:
+            if float32(number) != number:
+                raise ValueError(f"parameter {name}: {number} is not exact in float32")
+        if problem := parameter.problem_with(parameter.default):
+            raise ValueError(f"parameter {name}: default refused: {problem}")
+        table[name] = parameter
+    return table
+
+
+def load_parameters() -> dict[str, Parameter]:
+    """The project's table, by name, in the order of param_index."""
+    return parse_parameters(resources.files("protocol").joinpath("parameters.toml").read_text("utf-8"))
