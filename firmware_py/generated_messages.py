@@ -70,26 +70,26 @@ KITE_STATUS_AIRSPEED_FLOOR = 16
 
 CONTRACT_HASH = '30dac06975e243e7'
 
-# id: (struct format, CRC extra, length of the payload, its length in MAVLink 1), fields in wire order
+# id: (struct format in wire order, CRC extra, length of the payload, its length in MAVLink 1)
 MESSAGES = {
-    0: ('<IBBBBB', 50, 9, 9),  # HEARTBEAT: custom_mode, type, autopilot, base_mode, system_status, mavlink_version
-    1: ('<IIIHHhHHHHHHbIII', 124, 43, 31),  # SYS_STATUS: onboard_control_sensors_present, onboard_control_sensors_enabled, onboard_control_sensors_health, load, voltage_battery, current_battery, drop_rate_comm, errors_comm, errors_count1, errors_count2, errors_count3, errors_count4, battery_remaining, onboard_control_sensors_present_extended, onboard_control_sensors_enabled_extended, onboard_control_sensors_health_extended
-    4: ('<QIBB', 237, 14, 14),  # PING: time_usec, seq, target_system, target_component
-    20: ('<hBB16s', 214, 20, 20),  # PARAM_REQUEST_READ: param_index, target_system, target_component, param_id
-    21: ('<BB', 159, 2, 2),  # PARAM_REQUEST_LIST: target_system, target_component
-    22: ('<fHH16sB', 220, 25, 25),  # PARAM_VALUE: param_value, param_count, param_index, param_id, param_type
-    23: ('<fBB16sB', 168, 23, 23),  # PARAM_SET: param_value, target_system, target_component, param_id, param_type
-    32: ('<Iffffff', 185, 28, 28),  # LOCAL_POSITION_NED: time_boot_ms, x, y, z, vx, vy, vz
-    69: ('<hhhhHBHBhhhhhhhh', 243, 30, 11),  # MANUAL_CONTROL: x, y, z, r, buttons, target, buttons2, enabled_extensions, s, t, aux1, aux2, aux3, aux4, aux5, aux6
-    76: ('<fffffffHBBB', 152, 33, 33),  # COMMAND_LONG: param1, param2, param3, param4, param5, param6, param7, command, target_system, target_component, confirmation
-    77: ('<HBBiBB', 143, 10, 3),  # COMMAND_ACK: command, result, progress, result_param2, target_system, target_component
-    93: ('<QQ16fB', 47, 81, 81),  # HIL_ACTUATOR_CONTROLS: time_usec, flags, controls, mode
-    111: ('<qq', 34, 16, 16),  # TIMESYNC: tc1, ts1
-    148: ('<QQIIIIHH8B8B8B18B', 178, 78, 60),  # AUTOPILOT_VERSION: capabilities, uid, flight_sw_version, middleware_sw_version, os_sw_version, board_version, vendor_id, product_id, flight_custom_version, middleware_custom_version, os_custom_version, uid2
-    253: ('<B50sHB', 83, 54, 51),  # STATUSTEXT: severity, text, id, chunk_seq
-    345: ('<hBB16sB', 209, 21, 21),  # PARAM_ERROR: param_index, target_system, target_component, param_id, error
-    50001: ('<II', 224, 8, 8),  # KITE_TICK: tick, time_us
-    50002: ('<I', 105, 4, 4),  # KITE_TICK_END: tick
-    50003: ('<IffffffffH', 170, 38, 38),  # KITE_SENSORS: time_us, azimuth, elevation, distance, course, heading, airspeed, tether_force, steering, valid
-    50010: ('<IIffffffffffffIHHHHHB', 46, 71, 71),  # KITE_STATE: time_us, sample_time_us, azimuth, elevation, distance, course, heading, airspeed, tether_force, steering, target_course, cross_track, path_parameter, steering_asked, overruns, valid, status, tick_us, tick_worst_us, samples_dropped, mode
+    HEARTBEAT: ('<IBBBBB', 50, 9, 9),
+    SYS_STATUS: ('<IIIHHhHHHHHHbIII', 124, 43, 31),
+    PING: ('<QIBB', 237, 14, 14),
+    PARAM_REQUEST_READ: ('<hBB16s', 214, 20, 20),
+    PARAM_REQUEST_LIST: ('<BB', 159, 2, 2),
+    PARAM_VALUE: ('<fHH16sB', 220, 25, 25),
+    PARAM_SET: ('<fBB16sB', 168, 23, 23),
+    LOCAL_POSITION_NED: ('<Iffffff', 185, 28, 28),
+    MANUAL_CONTROL: ('<hhhhHBHBhhhhhhhh', 243, 30, 11),
+    COMMAND_LONG: ('<fffffffHBBB', 152, 33, 33),
+    COMMAND_ACK: ('<HBBiBB', 143, 10, 3),
+    HIL_ACTUATOR_CONTROLS: ('<QQ16fB', 47, 81, 81),
+    TIMESYNC: ('<qq', 34, 16, 16),
+    AUTOPILOT_VERSION: ('<QQIIIIHH8B8B8B18B', 178, 78, 60),
+    STATUSTEXT: ('<B50sHB', 83, 54, 51),
+    PARAM_ERROR: ('<hBB16sB', 209, 21, 21),
+    KITE_TICK: ('<II', 224, 8, 8),
+    KITE_TICK_END: ('<I', 105, 4, 4),
+    KITE_SENSORS: ('<IffffffffH', 170, 38, 38),
+    KITE_STATE: ('<IIffffffffffffIHHHHHB', 46, 71, 71),
 }

@@ -89,12 +89,10 @@ def firmware_messages(files: list[mavparse.MAVXML], constants: list[str], contra
     lines.append("")
     lines += [f"{name} = {int(values[name])}" for name in constants]
     lines += ["", f"CONTRACT_HASH = {contract[:16]!r}", "",
-              "# id: (struct format, CRC extra, length of the payload, its length in MAVLink 1), fields in wire order"]
+              "# id: (struct format in wire order, CRC extra, length of the payload, its length in MAVLink 1)"]
     lines.append("MESSAGES = {")
     for m in messages:
-        fields = ", ".join(f.name for f in m.ordered_fields)
-        lines.append(f"    {m.id}: ({_struct_format(m)!r}, {m.crc_extra}, {m.wire_length}, {m.wire_min_length}),"
-                     f"  # {m.name}: {fields}")
+        lines.append(f"    {m.name}: ({_struct_format(m)!r}, {m.crc_extra}, {m.wire_length}, {m.wire_min_length}),")
     return "\n".join(lines) + "\n}\n"
 
 

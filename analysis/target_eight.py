@@ -1,0 +1,86 @@
+"""The figure of eight on the unit sphere, for numpy: positions, tangents, and the nearest point.
+
+Azimuth = centre + A sin s, elevation = centre + B sin 2s; frames and signs as everywhere: x downwind, z up, turning
+angle from straight up towards gamma x up.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+_COARSE = 256
+_REFINEMENTS = 4
+
+
+def unit_position(azimuth: Array, elevation: Array) -> Array:
+    """Unit vectors (n, 3) in the wind frame from azimuth and elevation [rad], each (n,)."""
+    return np.stack(
+        [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)], axis=-1)
+
+
+def wrap(angle: Array) -> Array:
+    """Angles [rad] brought into [-pi, pi)."""
+    return (angle + np.pi) % (2 * np.pi) - np.pi
+
+
+def turning_angle(position: Array, direction: Array) -> Array:
+    """Turning angle [rad] of tangent vectors `direction` (n, 3) at unit positions (n, 3)."""
+    across = direction[..., 0] * position[..., 1] - direction[..., 1] * position[..., 0]
+    return np.arctan2(across, direction[..., 2])
+
+
+class TargetEight(NamedTuple):
+    """An eight: angles in radians, `direction` of flight along s is +1 or -1."""
+
+    azimuth: float
+    elevation: float
+    half_width: float
+    half_height: float
+    direction: float = 1.0
+
+    @classmethod
+    def from_parameters(cls, value: Callable[[str], float]) -> "TargetEight":
+        """From the firmware's parameters, which `value(name)` gives in degrees."""
+        names = ("EIGHT_AZIMUTH", "EIGHT_ELEVATION", "EIGHT_HALF_W", "EIGHT_HALF_H")
+        return cls(*(float(np.radians(value(name))) for name in names), value("EIGHT_DIRECTION"))
+
+    def angles(self, s: Array) -> tuple[Array, Array]:
+        """Azimuth and elevation [rad] at path parameters `s`."""
+        return self.azimuth + self.half_width * np.sin(s), self.elevation + self.half_height * np.sin(2 * s)
+
+    def position(self, s: Array) -> Array:
+        """Unit vectors (n, 3) at path parameters `s` (n,)."""
+        return unit_position(*self.angles(s))
+
+    def derivatives(self, s: Array) -> tuple[Array, Array]:
+        """First and second derivative of the position by `s`, by central differences of 1e-4 rad."""
+        step = 1e-4
+        before, here, behind = self.position(s - step), self.position(s), self.position(s + step)
+        return (behind - before) / (2 * step), (behind - 2 * here + before) / step**2
+
+    def course(self, s: Array) -> Array:
+        """Turning angle [rad] of the flight along the curve at `s`."""
+        return turning_angle(self.position(s), self.direction * self.derivatives(s)[0])
+
+    def nearest(self, position: Array) -> tuple[Array, Array]:
+        """Path parameter of the nearest point, and the great-circle distance [rad] to it, for positions (n, 3).
+
+        The best of 256 points, refined by Newton's method on the cosine of the distance.
+        """
+        grid = np.arange(_COARSE) * (2 * np.pi / _COARSE)
+        s = grid[np.argmax(position @ self.position(grid).T, axis=1)]
+        for _ in range(_REFINEMENTS):
+            first, second = self.derivatives(s)
+            slope = np.sum(position * first, axis=-1)
+            curvature = -np.sum(position * second, axis=-1)
+            step = slope / np.where(curvature > 1e-6, curvature, np.inf)
+            s = s + np.clip(step, -np.pi / _COARSE, np.pi / _COARSE)
+        return s, great_circle_distance(position, self.position(s))
+
+
+def great_circle_distance(first: Array, second: Array) -> Array:
+    """Angle [rad] between unit vectors (n, 3), exact for small angles too."""
+    return np.arctan2(np.linalg.norm(np.cross(first, second), axis=-1), np.sum(first * second, axis=-1))

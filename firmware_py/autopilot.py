@@ -1,0 +1,112 @@
+"""One tick of the control loop: sample -> estimate -> outer loop -> inner loop -> actuator -> link."""
+
+from .estimator import Estimator
+from .generated_messages import (
+    HIL_ACTUATOR_CONTROLS,
+    HIL_ACTUATOR_CONTROLS_FLAGS_LOCKSTEP,
+    KITE_MODE_MANUAL,
+    KITE_MODE_PARK,
+    KITE_MODE_STANDBY,
+    KITE_MODE_TRACK,
+)
+from .generated_parameters import LOOP_HZ, SYSTEM_ID
+from .guidance import Guidance
+from .inbox import Inbox
+from .mode_machine import ModeMachine
+from .parameters import Parameters
+from .requests import Requests
+from .steering import Steering
+from .target_curve import FigureEight
+from .telemetry import Telemetry
+from .ticks import ticks_diff
+
+_NO_CONTROLS = (0.0,) * 15
+
+
+class Autopilot:
+    """Everything that flies the kite, over one `link`.
+
+    The link has `send(message, values)`, `receive(inbox)`, `flush()`, `set_system(id)` and `counters()`.
+    A target that a test hands in with `target_override = (course, rate)` [rad, rad/s] replaces the outer loop's.
+    """
+
+    def __init__(self, link, lockstep=False):
+        self.link = link
+        self.inbox = Inbox()
+        self.parameters = Parameters()
+        self.curve = FigureEight()
+        self.kite = Estimator()
+        self.guidance = Guidance(self.curve)
+        self.steering = Steering()
+        self.telemetry = Telemetry(link, self)
+        self.modes = ModeMachine(self.parameters, self.curve, self.kite, self.telemetry.say)
+        self.requests = Requests(self.parameters, self.modes, self.kite, self.curve, link, self.telemetry.say)
+        self.target_course = 0.0
+        self.target_override = None
+        self.period_us = 20000
+        self.tick_us = 0
+        self.tick_worst_us = 0
+        self.overruns = 0
+        self._flags = HIL_ACTUATOR_CONTROLS_FLAGS_LOCKSTEP if lockstep else 0
+        self._uptime_us = 0  # does not wrap
+        self._last_tick = None
+        self._loaded = -1
+
+    def tick(self, now):
+        """Run the loop once at `now` [us, wrapped]. The link has put what arrived into `inbox` before."""
+        if self._last_tick is not None:
+            self._uptime_us += ticks_diff(now, self._last_tick)
+        self._last_tick = now
+        if self._loaded != self.parameters.version:
+            self._load_parameters()
+        sample = self.inbox.take_sample()
+        fresh = sample is not None and self.kite.take(sample, now, self.steering.asked)
+        self.modes.update(now)
+        self._steer(fresh)
+        self.link.send(
+            HIL_ACTUATOR_CONTROLS, (self._uptime_us, self._flags, self.steering.asked) + _NO_CONTROLS + (0,)
+        )
+        self.requests.serve(self.inbox, now, self._uptime_us)
+        self.telemetry.send_due(now, self._uptime_us)
+        self.link.flush()
+
+    def note_tick_time(self, tick_us):
+        """Account for the time [us] that a tick took."""
+        self.tick_us = tick_us
+        self.tick_worst_us = max(self.tick_worst_us, tick_us)
+        if tick_us > self.period_us:
+            self.overruns += 1
+
+    def _load_parameters(self):
+        """Take all settings over at once, between two ticks."""
+        values = self.parameters.values
+        for config in (self.curve, self.kite.config, self.guidance.config, self.steering.config):
+            config.load(values)
+        self.period_us = int(1000000 / values[LOOP_HZ])
+        self.link.set_system(int(values[SYSTEM_ID]))
+        self._loaded = self.parameters.version
+
+    def _steer(self, fresh):
+        kite = self.kite
+        mode = self.modes.mode
+        dt = self.period_us * 1e-6
+        if fresh:
+            self.guidance.scan(kite.frame, kite.course)
+        if mode != KITE_MODE_TRACK or self.modes.stale:
+            self.guidance.stop()
+        elif fresh:
+            self.guidance.step(kite.frame, kite.interval)
+        if self.modes.stale or mode == KITE_MODE_STANDBY:
+            self.target_course = kite.course
+            self.steering.hold(0.0, dt)
+        elif mode == KITE_MODE_MANUAL:
+            self.target_course = kite.course
+            self.steering.hold(self.modes.manual_steering, dt)
+        elif mode == KITE_MODE_PARK:
+            self.target_course = 0.0  # straight up, towards the zenith
+            self.steering.follow(0.0, 0.0, kite, dt)
+        else:
+            self.target_course, rate = self.target_override or (
+                self.guidance.target_course, self.guidance.target_rate,
+            )  # fmt: skip
+            self.steering.follow(self.target_course, rate, kite, dt)

@@ -1,0 +1,209 @@
+"""From sensor samples to the kite's state: what is refused, and where the turning angle comes from."""
+
+from math import atan2, pi, radians, sin, sqrt
+
+from .generated_messages import (
+    KITE_VALID_AIRSPEED,
+    KITE_VALID_AZIMUTH,
+    KITE_VALID_COURSE,
+    KITE_VALID_DISTANCE,
+    KITE_VALID_ELEVATION,
+    KITE_VALID_HEADING,
+    KITE_VALID_STEERING,
+    KITE_VALID_TETHER_FORCE,
+)
+from .generated_parameters import (
+    AIRSPEED_NOM,
+    COURSE_SOURCE,
+    COURSE_WINDOW,
+    JUMP_RATE,
+    LINE_LENGTH,
+    SPEED_MIN,
+    STALE_TIME,
+    TURN_K,
+)
+from .sphere import TangentFrame, wrap
+from .ticks import ticks_diff
+
+_POSITION = KITE_VALID_AZIMUTH | KITE_VALID_ELEVATION
+_HISTORY = 32
+_FROM_COURSE = 1.0
+_FROM_POSITIONS = 2.0
+_FROM_HEADING = 3.0
+_SLACK = 0.003  # a jump of this size is sensor noise, however short the time [rad]
+
+
+class EstimatorConfig:
+    """Settings of the estimator, in SI units and radians."""
+
+    def __init__(self):
+        self.airspeed_nominal = 0.0
+        self.course_source = 0.0
+        self.course_window = 0.0
+        self.jump_rate = 0.0
+        self.line_length = 0.0
+        self.speed_min = 0.0
+        self.stale_us = 0
+        self.turn_k = 0.0
+
+    def load(self, values):
+        """Take the parameters over from their `values`."""
+        self.airspeed_nominal = values[AIRSPEED_NOM]
+        self.course_source = values[COURSE_SOURCE]
+        self.course_window = values[COURSE_WINDOW]
+        self.jump_rate = radians(values[JUMP_RATE])
+        self.line_length = values[LINE_LENGTH]
+        self.speed_min = values[SPEED_MIN]
+        self.stale_us = int(values[STALE_TIME] * 1e6)
+        self.turn_k = values[TURN_K]
+
+
+class Estimator:
+    """The kite as the controller sees it. `frame` is its position with the tangent plane."""
+
+    def __init__(self):
+        self.config = EstimatorConfig()
+        self.frame = TangentFrame()
+        self.azimuth = 0.0
+        self.elevation = 0.0
+        self.distance = 0.0
+        self.course = 0.0
+        self.heading = 0.0
+        self.airspeed = 0.0
+        self.tether_force = 0.0
+        self.steering = 0.0
+        self.speed = 0.0  # across the sphere [m/s]
+        self.valid = 0
+        self.sample_time = 0
+        self.interval = 0.0  # between the last two samples taken [s]
+        self.coasting = False
+        self.dropped = 0
+        self._heard = False
+        self._arrival = 0
+        self._history = [(0, 0.0, 0.0, 0.0)] * _HISTORY  # (time, x, y, z), a ring
+        self._count = 0
+        self._chord = 0.0
+        self._span = 0.0
+        self._turning = 0.0  # smoothed rate of the chord's direction [rad/s]
+
+    def age_us(self, now):
+        """Time since the newest sample arrived [us]; None when there never was one."""
+        return ticks_diff(now, self._arrival) if self._heard else None
+
+    def is_stale(self, now):
+        """True when there is no sample that is fresh enough to steer by."""
+        return not self._heard or ticks_diff(now, self._arrival) > self.config.stale_us
+
+    def take(self, sample, now, asked):
+        """Use `sample` (values of KITE_SENSORS) at `now`; `asked` is the steering last asked for.
+
+        Returns True if the sample was good, False if it was dropped, and counts that.
+        """
+        fresh_start = self.is_stale(now)
+        interval = 0.0 if fresh_start else ticks_diff(sample[0], self.sample_time) * 1e-6
+        if not self._is_plausible(sample, fresh_start, interval):
+            self.dropped += 1
+            return False
+        if fresh_start:
+            self._count = 0
+            self._turning = 0.0
+        self._heard = True
+        self._arrival = now
+        self.sample_time = sample[0]
+        self.interval = interval
+        self._copy(sample, asked)
+        self._remember()
+        self._update_course(sample[4], fresh_start)
+        return True
+
+    def _is_plausible(self, sample, fresh_start, interval):
+        """False for a sample without position, not finite, out of range, back in time, or too far from the last."""
+        valid = sample[9]
+        if valid & _POSITION != _POSITION:
+            return False
+        for index in range(8):
+            if valid & (1 << index) and not -1e6 < sample[1 + index] < 1e6:  # also refuses NaN
+                return False
+        if abs(sample[1]) > 3.2 or abs(sample[2]) > 1.5708:
+            return False
+        if (valid & KITE_VALID_DISTANCE and sample[3] <= 0.0) or (valid & KITE_VALID_AIRSPEED and sample[6] < 0.0):
+            return False
+        if fresh_start:
+            return True
+        if interval <= 0.0:
+            return False
+        return self._distance_to(sample[1], sample[2]) <= self.config.jump_rate * interval + _SLACK
+
+    def _distance_to(self, azimuth, elevation):
+        """Great-circle distance [rad] from the last position (haversine, exact for small angles in float32)."""
+        vertical = sin(0.5 * (elevation - self.elevation))
+        horizontal = sin(0.5 * (azimuth - self.azimuth))
+        half = vertical * vertical + sin(0.5 * pi - elevation) * self.frame.e1z * horizontal * horizontal
+        return 2.0 * atan2(sqrt(half), sqrt(max(0.0, 1.0 - half)))
+
+    def _copy(self, sample, asked):
+        """Take over the quantities that are valid; stand in for the others."""
+        config = self.config
+        valid = self.valid = sample[9]
+        self.azimuth = sample[1]
+        self.elevation = sample[2]
+        self.distance = sample[3] if valid & KITE_VALID_DISTANCE else config.line_length
+        self.airspeed = sample[6] if valid & KITE_VALID_AIRSPEED else config.airspeed_nominal
+        self.tether_force = sample[7] if valid & KITE_VALID_TETHER_FORCE else 0.0
+        self.steering = sample[8] if valid & KITE_VALID_STEERING else asked
+        self.frame.set(self.azimuth, self.elevation)
+        if valid & KITE_VALID_HEADING:
+            self.heading = sample[5]
+
+    def _remember(self):
+        frame = self.frame
+        self._history[self._count % _HISTORY] = (self.sample_time, frame.x, frame.y, frame.z)
+        self._count += 1
+
+    def _update_course(self, measured, fresh_start):
+        """Turning angle from the source that the parameter names and the sample has."""
+        source = self.config.course_source
+        if source == 0.0:
+            source = _FROM_COURSE if self.valid & KITE_VALID_COURSE else _FROM_POSITIONS
+        if source == _FROM_HEADING and self.valid & KITE_VALID_HEADING:
+            self.coasting = False
+            self.course = self.heading
+            return
+        self._measure_chord()
+        self.coasting = self.speed < self.config.speed_min and not fresh_start
+        if source == _FROM_COURSE and self.valid & KITE_VALID_COURSE and not self.coasting:
+            self.course = measured
+        elif self.coasting:
+            rate = self.config.turn_k * self.airspeed * self.steering
+            self.course = wrap(self.course + rate * self.interval)
+        elif self._count > 1:
+            self.course = wrap(self._chord + 0.5 * self._span * self._turning)
+        if not self.valid & KITE_VALID_HEADING:
+            self.heading = self.course
+
+    def _measure_chord(self):
+        """Direction and length of the way from a position of some time ago to the present one.
+
+        The geodesic's direction where it ends; on a turn it lags by half the time between the two, which
+        `_turning` makes good.
+        """
+        available = min(self._count, _HISTORY) - 1
+        if available < 1:
+            self._span = 0.0
+            return
+        span = 0.0
+        for back in range(1, available + 1):
+            then, x, y, z = self._history[(self._count - 1 - back) % _HISTORY]
+            span = ticks_diff(self.sample_time, then) * 1e-6
+            if span >= self.config.course_window:
+                break
+        up = self.frame.up(x, y, z)
+        across = self.frame.across(x, y)
+        length = sqrt(up * up + across * across)
+        self.speed = length * self.distance / span
+        chord = atan2(-across, -up)
+        if self._count > 2 and length > 0.0:
+            rate = wrap(chord - self._chord) / self.interval
+            self._turning += (rate - self._turning) * self.interval / (self.interval + self.config.course_window)
+        self._chord = chord
+        self._span = span

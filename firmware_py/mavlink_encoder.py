@@ -1,0 +1,44 @@
+"""Writes MAVLink 2 frames into a buffer that is made once."""
+
+import struct
+
+from .crc import crc_byte, crc_bytes
+from .generated_messages import MESSAGES
+
+LONGEST_FRAME = 280  # header 10, payload 255, CRC 2, signature 13
+
+
+class Encoder:
+    """Numbers the frames of one sender and packs them."""
+
+    def __init__(self, system, component):
+        self.system = system
+        self.component = component
+        self.sequence = 0
+
+    def encode(self, buffer, offset, message, values):
+        """Pack `values` (wire order) as a frame of `message` at `buffer[offset:]`; return the offset behind it.
+
+        The buffer must have LONGEST_FRAME bytes left. Trailing zero bytes of the payload are not sent.
+        """
+        layout, extra, length, _ = MESSAGES[message]
+        payload = offset + 10
+        struct.pack_into(layout, buffer, payload, *values)
+        while length > 1 and not buffer[payload + length - 1]:
+            length -= 1
+        buffer[offset] = 0xFD
+        buffer[offset + 1] = length
+        buffer[offset + 2] = 0  # incompatibility flags: not signed
+        buffer[offset + 3] = 0
+        buffer[offset + 4] = self.sequence
+        buffer[offset + 5] = self.system
+        buffer[offset + 6] = self.component
+        buffer[offset + 7] = message & 0xFF
+        buffer[offset + 8] = (message >> 8) & 0xFF
+        buffer[offset + 9] = message >> 16
+        end = payload + length
+        crc = crc_byte(extra, crc_bytes(buffer, offset + 1, end))
+        buffer[end] = crc & 0xFF
+        buffer[end + 1] = crc >> 8
+        self.sequence = (self.sequence + 1) & 0xFF
+        return end + 2

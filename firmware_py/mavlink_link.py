@@ -1,0 +1,61 @@
+"""The firmware's one link: MAVLink frames over a transport of bytes."""
+
+from .mavlink_decoder import Decoder
+from .mavlink_encoder import LONGEST_FRAME, Encoder
+
+_DATAGRAM = 1400  # frames are gathered up to this size [bytes]
+_BYTES_PER_TICK = 16384
+_COMPONENT = 1  # MAV_COMP_ID_AUTOPILOT1
+
+
+class MavlinkLink:
+    """Moves messages between an inbox and a transport.
+
+    The transport has `read() -> bytes or None`, `write(memoryview)`, and `datagrams`: True where bytes arrive in
+    whole datagrams. A frame never spans two of them.
+    """
+
+    def __init__(self, transport):
+        self.decoder = Decoder()
+        self._encoder = Encoder(1, _COMPONENT)
+        self._transport = transport
+        self._out = bytearray(_DATAGRAM + LONGEST_FRAME)
+        self._out_view = memoryview(self._out)
+        self._filled = 0
+
+    def set_system(self, system):
+        """Send with this system id from now on."""
+        self._encoder.system = system
+
+    def receive(self, inbox):
+        """Put what has arrived into `inbox`, up to a fixed number of bytes, or up to a lockstep tick."""
+        decoder = self.decoder
+        whole = self._transport.datagrams
+        budget = _BYTES_PER_TICK
+        while budget > 0:
+            data = self._transport.read()
+            if not data:
+                return
+            budget -= len(data)
+            decoder.feed(data)
+            while decoder.next_frame(whole):
+                inbox.put(decoder.message, decoder.values, decoder.system, decoder.component)
+            if inbox.tick is not None:
+                return
+
+    def send(self, message, values):
+        """Queue a frame of `message` with `values` in wire order."""
+        self._filled = self._encoder.encode(self._out, self._filled, message, values)
+        if self._filled > _DATAGRAM:
+            self.flush()
+
+    def flush(self):
+        """Hand what is queued to the transport."""
+        if self._filled:
+            self._transport.write(self._out_view[: self._filled])
+            self._filled = 0
+
+    def counters(self):
+        """(bad CRC, unknown message, lost by sequence number, bytes dropped), since start."""
+        decoder = self.decoder
+        return decoder.bad_crc, decoder.unknown, decoder.lost, decoder.overflowed

@@ -1,0 +1,200 @@
+"""Answers what ground stations ask: parameters, commands, time."""
+
+from .generated_messages import (
+    AUTOPILOT_VERSION,
+    COMMAND_ACK,
+    COMMAND_LONG,
+    CONTRACT_HASH,
+    HEARTBEAT,
+    MANUAL_CONTROL,
+    MAV_CMD_COMPONENT_ARM_DISARM,
+    MAV_CMD_DO_SET_MODE,
+    MAV_CMD_REQUEST_MESSAGE,
+    MAV_PARAM_ERROR_DOES_NOT_EXIST,
+    MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE,
+    MAV_PARAM_TYPE_REAL32,
+    MAV_PROTOCOL_CAPABILITY_MAVLINK2,
+    MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST,
+    MAV_RESULT_ACCEPTED,
+    MAV_RESULT_DENIED,
+    MAV_RESULT_TEMPORARILY_REJECTED,
+    MAV_RESULT_UNSUPPORTED,
+    MAV_SEVERITY_WARNING,
+    MAV_TYPE_GCS,
+    PARAM_ERROR,
+    PARAM_REQUEST_LIST,
+    PARAM_REQUEST_READ,
+    PARAM_SET,
+    PARAM_VALUE,
+    PING,
+    TIMESYNC,
+)
+from .generated_parameters import PARAMETERS, SYSTEM_ID
+from .parameters import UNKNOWN
+from .target_curve import FigureEight, problem_with_curve
+
+FIRMWARE_VERSION = (0, 1, 0)
+_PER_TICK = 8  # requests answered in one tick
+_LISTED_PER_TICK = 2  # parameters of a list sent in one tick
+_COMPONENT = 1
+_NOTHING_TO_LIST = 65535
+
+
+class Requests:
+    """Handlers by message. `send(message, values)` answers; `say(severity, text)` tells the operator why."""
+
+    def __init__(self, parameters, modes, kite, curve, link, say):
+        self._parameters = parameters
+        self._modes = modes
+        self._kite = kite
+        self._curve = curve
+        self._tried = FigureEight()
+        self._link = link
+        self._say = say
+        self._next_listed = _NOTHING_TO_LIST
+        self._clock_ns = 0
+        self._handlers = {
+            HEARTBEAT: self._on_heartbeat,
+            PARAM_REQUEST_LIST: self._on_param_request_list,
+            PARAM_REQUEST_READ: self._on_param_request_read,
+            PARAM_SET: self._on_param_set,
+            COMMAND_LONG: self._on_command_long,
+            MANUAL_CONTROL: self._on_manual_control,
+            TIMESYNC: self._on_timesync,
+            PING: self._on_ping,
+        }
+
+    def serve(self, inbox, now, uptime_us):
+        """Answer the oldest requests of `inbox`, a fixed number at most, and go on with a list."""
+        self._clock_ns = uptime_us * 1000
+        requests = inbox.requests
+        for _ in range(min(_PER_TICK, len(requests))):
+            message, values, system, component = requests.pop(0)
+            handler = self._handlers.get(message)
+            if handler is not None:
+                handler(values, system, component, now)
+        for _ in range(_LISTED_PER_TICK):
+            if self._next_listed < len(PARAMETERS):
+                self._send_parameter(self._next_listed)
+                self._next_listed += 1
+
+    def _for_us(self, system, component):
+        return system in (0, int(self._parameters.values[SYSTEM_ID])) and component in (0, _COMPONENT)
+
+    def _on_heartbeat(self, values, system, component, now):
+        if values[1] == MAV_TYPE_GCS:
+            self._modes.hear_station(now)
+
+    def _on_param_request_list(self, values, system, component, now):
+        if self._for_us(values[0], values[1]):
+            self._next_listed = 0
+
+    def _on_param_request_read(self, values, system, component, now):
+        index, target_system, target_component, name = values
+        if not self._for_us(target_system, target_component):
+            return
+        if index < 0:
+            index = self._parameters.index_of(name)
+        if 0 <= index < len(PARAMETERS):
+            self._send_parameter(index)
+        else:
+            self._refuse_parameter(values[0], name, MAV_PARAM_ERROR_DOES_NOT_EXIST, system, component)
+
+    def _on_param_set(self, values, system, component, now):
+        value, target_system, target_component, name, _ = values
+        if not self._for_us(target_system, target_component):
+            return
+        parameters = self._parameters
+        index = parameters.index_of(name)
+        error = parameters.refusal(index, value, self._modes.armed())
+        if not error and self._modes.armed():
+            problem = self._curve_problem_with(index, value)
+            if problem is not None:
+                error = MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE
+                self._say(MAV_SEVERITY_WARNING, problem)
+        if error:
+            self._refuse_parameter(-1, name, error, system, component)
+        else:
+            parameters.set(index, value)
+        if index != UNKNOWN:
+            self._send_parameter(index)
+
+    def _curve_problem_with(self, index, value):
+        """Why the curve could not be flown if this parameter had `value`; None where that changes nothing for worse."""
+        before = self._parameters.values
+        if before[index] == value or self._modes.curve_problem() is not None:
+            return None
+        values = list(before)
+        values[index] = value
+        self._tried.load(values)
+        return problem_with_curve(self._tried, values, self._kite.distance)
+
+    def _send_parameter(self, index):
+        parameters = self._parameters
+        name = parameters.name_of(index)
+        self._link.send(
+            PARAM_VALUE, (parameters.values[index], len(PARAMETERS), index, name, MAV_PARAM_TYPE_REAL32)
+        )
+
+    def _refuse_parameter(self, index, name, error, system, component):
+        self._link.send(PARAM_ERROR, (index, system, component, name, error))
+
+    def _on_command_long(self, values, system, component, now):
+        command = values[7]
+        if not self._for_us(values[8], values[9]):
+            return
+        if command == MAV_CMD_COMPONENT_ARM_DISARM:
+            result = self._arm_or_disarm(values[0], now)
+        elif command == MAV_CMD_DO_SET_MODE:
+            result = self._set_mode(values[1], now)
+        elif command == MAV_CMD_REQUEST_MESSAGE:
+            result = MAV_RESULT_ACCEPTED if values[0] == AUTOPILOT_VERSION else MAV_RESULT_UNSUPPORTED
+        else:
+            result = MAV_RESULT_UNSUPPORTED
+        self._link.send(COMMAND_ACK, (command, result, 0, 0, system, component))
+        if command == MAV_CMD_REQUEST_MESSAGE and result == MAV_RESULT_ACCEPTED:
+            self._send_version()
+
+    def _arm_or_disarm(self, wanted, now):
+        if wanted == 1.0:
+            reason = self._modes.arm(now)
+            if reason is not None:
+                self._say(MAV_SEVERITY_WARNING, reason)
+                return MAV_RESULT_TEMPORARILY_REJECTED
+        elif wanted == 0.0:
+            self._modes.disarm()
+        else:
+            return MAV_RESULT_DENIED
+        return MAV_RESULT_ACCEPTED
+
+    def _set_mode(self, mode, now):
+        if not 0.0 <= mode <= 255.0:
+            return MAV_RESULT_DENIED
+        reason = self._modes.command(int(mode), now)
+        if reason is None:
+            return MAV_RESULT_ACCEPTED
+        self._say(MAV_SEVERITY_WARNING, reason)
+        return MAV_RESULT_TEMPORARILY_REJECTED
+
+    def _send_version(self):
+        major, minor, patch = FIRMWARE_VERSION
+        capabilities = MAV_PROTOCOL_CAPABILITY_MAVLINK2 | MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST
+        contract = tuple(int(CONTRACT_HASH[2 * index : 2 * index + 2], 16) for index in range(8))
+        version = major << 24 | minor << 16 | patch << 8
+        none = (0,) * 8
+        self._link.send(
+            AUTOPILOT_VERSION, (capabilities, 0, version, 0, 0, 0, 0, 0) + none + contract + none + (0,) * 18
+        )
+
+    def _on_manual_control(self, values, system, component, now):
+        if values[5] in (0, int(self._parameters.values[SYSTEM_ID])) and -1000 <= values[1] <= 1000:
+            self._modes.hear_manual(values[1] * 0.001, now)
+
+    def _on_timesync(self, values, system, component, now):
+        if values[0] == 0:
+            self._link.send(TIMESYNC, (self._clock_ns, values[1]))
+
+    def _on_ping(self, values, system, component, now):
+        time_usec, sequence, target_system, target_component = values
+        if target_system == 0 and target_component == 0:
+            self._link.send(PING, (time_usec, sequence, system, component))

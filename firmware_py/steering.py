@@ -1,0 +1,92 @@
+"""Inner loop: from the turning-angle error to steering, within limits.
+
+J. H. Baayen, "Trajectory tracking control of kites with system delay" (2012), section 2.1 and proposition 4.1.
+"""
+
+from math import cos, sin
+
+from .generated_messages import KITE_STATUS_AIRSPEED_FLOOR, KITE_STATUS_SATURATED, KITE_STATUS_SLEWED
+from .generated_parameters import (
+    AIRSPEED_MIN,
+    FF_GAIN,
+    GRAVITY_C,
+    INNER_P,
+    STEER_MAX,
+    STEER_RATE,
+    TURN_K,
+    TURN_OFFSET,
+)
+from .sphere import wrap
+
+
+class SteeringConfig:
+    """Settings of the inner loop; see parameters.toml for units."""
+
+    def __init__(self):
+        self.gain_p = 0.0
+        self.feed_forward = 0.0
+        self.turn_k = 1.0
+        self.turn_offset = 0.0
+        self.gravity_c = 0.0
+        self.airspeed_min = 1.0
+        self.limit = 1.0
+        self.rate_limit = 0.0
+
+    def load(self, values):
+        """Take the parameters over from their `values`."""
+        self.gain_p = values[INNER_P]
+        self.feed_forward = values[FF_GAIN]
+        self.turn_k = values[TURN_K]
+        self.turn_offset = values[TURN_OFFSET]
+        self.gravity_c = values[GRAVITY_C]
+        self.airspeed_min = values[AIRSPEED_MIN]
+        self.limit = values[STEER_MAX]
+        self.rate_limit = values[STEER_RATE]
+
+
+class Steering:
+    """State of the inner loop: `asked`, the steering in [-1, 1], and what limited it in `status`."""
+
+    def __init__(self):
+        self.config = SteeringConfig()
+        self.asked = 0.0
+        self.error = 0.0  # turning-angle error [rad]
+        self.status = 0
+
+    def follow(self, target_course, target_rate, kite, dt):
+        """Steer the `kite` (an estimate) towards `target_course` [rad], which turns at `target_rate` [rad/s].
+
+        u = (FF_GAIN d(theta_t)/dt + P wrap(theta_t - theta) - gravity - offset) / (K Va)
+        """
+        config = self.config
+        self.status = 0
+        airspeed = kite.airspeed
+        if airspeed < config.airspeed_min:
+            airspeed = config.airspeed_min
+            self.status = KITE_STATUS_AIRSPEED_FLOOR
+        self.error = wrap(target_course - kite.course)
+        rate = config.feed_forward * target_rate + config.gain_p * self.error - config.turn_offset
+        if config.gravity_c:
+            rate -= config.gravity_c / airspeed * sin(kite.heading) * cos(kite.elevation)
+        self._limit(rate / (config.turn_k * airspeed), dt)
+
+    def hold(self, steering, dt):
+        """Ask for `steering` as given, within the limits."""
+        self.status = 0
+        self.error = 0.0
+        self._limit(steering, dt)
+
+    def _limit(self, wanted, dt):
+        config = self.config
+        if wanted > config.limit:
+            wanted = config.limit
+            self.status |= KITE_STATUS_SATURATED
+        elif wanted < -config.limit:
+            wanted = -config.limit
+            self.status |= KITE_STATUS_SATURATED
+        if config.rate_limit:
+            most = config.rate_limit * dt
+            if abs(wanted - self.asked) > most:
+                wanted = self.asked + (most if wanted > self.asked else -most)
+                self.status |= KITE_STATUS_SLEWED
+        self.asked = wanted

@@ -1,0 +1,106 @@
+"""The target curve: a figure of eight on the unit sphere, and whether a kite can fly it.
+
+Azimuth = centre + A sin s, elevation = centre + B sin 2s, for s from 0 to 2 pi.
+"""
+
+from math import cos, degrees, pi, radians, sin, sqrt, tan
+
+from .generated_parameters import (
+    EIGHT_AZIMUTH,
+    EIGHT_DIRECTION,
+    EIGHT_ELEVATION,
+    EIGHT_HALF_H,
+    EIGHT_HALF_W,
+    EIGHT_LEAST_EL,
+    STEER_MAX,
+    TURN_K,
+    WINDOW_ANGLE,
+)
+
+_CHECKED_POINTS = 48
+
+
+class FigureEight:
+    """The eight as configured: angles in radians, `direction` of flight along s is +1.0 or -1.0."""
+
+    def __init__(self):
+        self.azimuth = 0.0
+        self.elevation = 0.0
+        self.half_width = 0.0
+        self.half_height = 0.0
+        self.direction = 1.0
+
+    def load(self, values):
+        """Take the parameters over from their `values`."""
+        self.azimuth = radians(values[EIGHT_AZIMUTH])
+        self.elevation = radians(values[EIGHT_ELEVATION])
+        self.half_width = radians(values[EIGHT_HALF_W])
+        self.half_height = radians(values[EIGHT_HALF_H])
+        self.direction = values[EIGHT_DIRECTION]
+
+    def at(self, s):
+        """Unit position at `s` and its derivative by s: (x, y, z, dx, dy, dz)."""
+        sin_s = sin(s)
+        cos_s = cos(s)
+        azimuth = self.azimuth + self.half_width * sin_s
+        elevation = self.elevation + self.half_height * 2.0 * sin_s * cos_s
+        azimuth_rate = self.half_width * cos_s
+        elevation_rate = self.half_height * 2.0 * (cos_s * cos_s - sin_s * sin_s)
+        cos_azimuth = cos(azimuth)
+        sin_azimuth = sin(azimuth)
+        cos_elevation = cos(elevation)
+        sin_elevation = sin(elevation)
+        inward = sin_elevation * elevation_rate
+        sideways = cos_elevation * azimuth_rate
+        return (
+            cos_elevation * cos_azimuth,
+            cos_elevation * sin_azimuth,
+            sin_elevation,
+            -inward * cos_azimuth - sideways * sin_azimuth,
+            sideways * cos_azimuth - inward * sin_azimuth,
+            cos_elevation * elevation_rate,
+        )
+
+    def geodesic_curvature(self, s):
+        """Turning per distance flown [rad/rad] at `s`, without the turning of the meridians themselves."""
+        azimuth_rate = self.half_width * cos(s)
+        azimuth_rate2 = -self.half_width * sin(s)
+        elevation_rate = 2.0 * self.half_height * cos(2.0 * s)
+        elevation_rate2 = -4.0 * self.half_height * sin(2.0 * s)
+        elevation = self.elevation + self.half_height * sin(2.0 * s)
+        east = cos(elevation) * azimuth_rate
+        east_rate = cos(elevation) * azimuth_rate2 - sin(elevation) * elevation_rate * azimuth_rate
+        square = elevation_rate * elevation_rate + east * east
+        turning = (east * elevation_rate2 - east_rate * elevation_rate) / square
+        return (turning + east * tan(elevation)) / sqrt(square)
+
+
+def tightest_turn(curve):
+    """Angular radius [rad] of the tightest turn of `curve`."""
+    worst = 0.0
+    for index in range(_CHECKED_POINTS):
+        curvature = abs(curve.geodesic_curvature(2.0 * pi * index / _CHECKED_POINTS))
+        if not curvature <= worst:
+            worst = curvature
+    return 1.0 / worst
+
+
+def problem_with_curve(curve, values, line_length):
+    """Why the kite cannot fly `curve` on a line of `line_length` [m], in at most 50 characters, or None.
+
+    The tightest turn that a kite can fly has the angular radius 1 / (line_length * K * u_max), whatever its speed.
+    """
+    least = curve.elevation - curve.half_height
+    if degrees(least) < values[EIGHT_LEAST_EL]:
+        return "eight goes down to %.1f deg, least is %.1f" % (degrees(least), values[EIGHT_LEAST_EL])
+    if degrees(curve.elevation + curve.half_height) > 85.0:
+        return "eight goes over the zenith"
+    window = cos(radians(values[WINDOW_ANGLE]))
+    for index in range(_CHECKED_POINTS):
+        if curve.at(2.0 * pi * index / _CHECKED_POINTS)[0] < window:
+            return "eight leaves the wind window of %.0f deg" % values[WINDOW_ANGLE]
+    possible = 1.0 / (line_length * values[TURN_K] * values[STEER_MAX])
+    tightest = tightest_turn(curve)
+    if tightest < possible:
+        return "eight turns in %.1f deg, kite only in %.1f" % (degrees(tightest), degrees(possible))
+    return None

@@ -1,0 +1,199 @@
+"""The closed loop: plant, sensors, links, firmware, actuator; tick by tick."""
+
+from collections.abc import Callable
+from math import atan2, ceil, hypot, inf
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from analysis.metrics import Metrics, Track, measure
+from analysis.target_eight import TargetEight, wrap
+from sim_bridge.actuator import Actuator
+from sim_bridge.ground_path import GroundLink
+from sim_bridge.link_emulation import LinkDirection, link_settings
+from sim_bridge.plant import Truth, make_plant
+from sim_bridge.preflight import Preflight
+from sim_bridge.runtime import Runtime, TickOutput, clock_us
+from sim_bridge.scenario import Scenario
+from sim_bridge.sensors import SAMPLE_BYTES, Sample, Sensors
+from sim_bridge.start_state import lead_in, start_position
+from sim_bridge.turbulence import Turbulence
+
+_STEERING_BYTES = 32  # a HIL_ACTUATOR_CONTROLS frame on the wire
+_LEAD_IN_S = 2.0  # for loading parameters and arming, beyond the delay of the control path
+_SATURATED = 2  # KITE_STATUS_SATURATED
+
+# Columns of the truth, a row a tick. `state` columns are what the firmware's KITE_STATE of that tick said.
+COLUMNS = (
+    "time_s", "azimuth_rad", "elevation_rad", "course_rad", "heading_rad", "airspeed_m_s", "steering",
+    "state_course_rad", "target_course_rad", "cross_track_rad", "path_parameter_rad", "steering_asked", "status",
+    "mode",
+)  # fmt: skip
+
+
+class TickRecord(NamedTuple):
+    """What a tick was about, for those who watch a flight."""
+
+    tick: int
+    time_s: float
+    samples: list[Sample]
+    datagrams: list[bytes]
+    output: TickOutput
+    heard: list[bytes]  # frames that reached the ground stations
+
+
+class Flight:
+    """One flight of `scenario` with the firmware in `runtime`.
+
+    `ground` gives the datagrams that reach the firmware in a tick and takes what it sends; `watch` is called with a
+    TickRecord after each tick. Time starts below 0 with the preflight; `rows` holds the truth from t = 0 on.
+    """
+
+    def __init__(self, scenario: Scenario, runtime: Runtime, ground: GroundLink | None = None,
+                 stations: Any = None, watch: Callable[[TickRecord], None] | None = None):  # fmt: skip
+        self.scenario = scenario
+        self.runtime = runtime
+        self.period_s = 1.0 / scenario.parameter("LOOP_HZ")
+        self.eight = TargetEight.from_parameters(scenario.parameter)
+        self.plant = make_plant(scenario, *start_position(scenario, self.eight))
+        self.actuator = Actuator(scenario)
+        self.rows: list[tuple[float, ...]] = []
+        self.overruns = 0
+        self._ground = ground
+        self._stations = stations
+        self._watch = watch
+        self._sensors = Sensors(scenario)
+        self._turbulence = Turbulence(scenario, self.period_s)
+        self._start = self.plant.truth()
+        down, up = link_settings(scenario, "control", self.period_s)
+        seed = scenario["run.seed"]
+        self._down = LinkDirection(down, f"{seed}:control.down")
+        self._up = LinkDirection(up, f"{seed}:control.up")
+        self._newest_steering = -inf
+        self._preflight = Preflight(scenario)
+        self.tick = -ceil((_LEAD_IN_S + down.delay_s + down.jitter_s) / self.period_s)
+        self._first_tick = self.tick
+        self._state: tuple[Any, ...] | None = None
+
+    @property
+    def time_s(self) -> float:
+        """Time of the next tick, 0 at the start of the flight proper."""
+        return self.tick * self.period_s
+
+    def step(self) -> None:
+        """Run one tick and fly the plant on to the next.
+
+        Raises:
+            RuntimeFailure: the firmware did not get ready in time, or failed.
+        """
+        tick, time_s = self.tick, self.time_s
+        if tick == 0:
+            self._preflight.check()
+        flying = tick >= 0
+        truth = self.plant.truth() if flying else lead_in(self._start, time_s)
+        self.actuator.apply_due(time_s + 1e-9)
+        if self._sensors.is_due(time_s):
+            sample = self._sensors.sample(clock_us(time_s), truth, self.actuator.position)
+            self._down.send(time_s, sample, SAMPLE_BYTES)
+        samples = [sample for _, sample in self._down.due(time_s)]
+        datagrams = self._hear_stations(time_s)
+        requests = self._preflight.requests(tick) if not self._preflight.done else []
+        output = self.runtime.exchange(tick - self._first_tick, time_s, samples, requests, datagrams)
+        if not self._preflight.done:
+            self._preflight.hear(output.replies)
+        for sent_s, steering in output.steering:
+            self._up.send(sent_s, (sent_s, steering), _STEERING_BYTES)
+        heard = self._tell_stations(time_s, output.frames)
+        if output.state:
+            self._state = output.state
+            self.overruns = output.state[14]
+        if flying:
+            self._record(time_s, truth)
+        if self._watch:
+            self._watch(TickRecord(tick, time_s, samples, datagrams, output, heard))
+        self.tick += 1
+        self._advance(time_s, self.time_s, flying)
+
+    def fly(self, until_s: float) -> None:
+        """Step until `until_s`."""
+        while self.time_s < until_s - 1e-9:
+            self.step()
+
+    def track(self) -> Track:
+        """The flight so far, as arrays."""
+        columns = dict(zip(COLUMNS, np.array(self.rows, dtype=float).T.reshape(len(COLUMNS), -1), strict=True))
+        limit = self.actuator.saturation
+        held = (columns["status"].astype(int) & _SATURATED) > 0
+        if limit:
+            held |= np.abs(columns["steering"]) >= limit * (1 - 1e-9)
+        return Track(
+            columns["time_s"], columns["azimuth_rad"], columns["elevation_rad"], columns["course_rad"],
+            columns["target_course_rad"], columns["steering"], held.astype(float))  # fmt: skip
+
+    def metrics(self) -> Metrics:
+        """The flight's numbers, after the scenario's settling time."""
+        return measure(self.track(), self.eight, self.scenario["run.settle_s"])
+
+    def recent_errors(self, seconds: float) -> tuple[float, float]:
+        """RMS of cross-track and turning-angle error [rad] over the last `seconds`, for a status line."""
+        rows = self.rows[-max(1, round(seconds / self.period_s)) :]
+        track = np.array(rows).T
+        turning = wrap(track[8] - track[3])
+        return float(np.sqrt(np.mean(track[9] ** 2))), float(np.sqrt(np.mean(turning**2)))
+
+    def _hear_stations(self, time_s: float) -> list[bytes]:
+        if not self._ground:
+            return []
+        if self._stations:
+            for datagram in self._stations.receive():
+                self._ground.from_station(time_s, datagram)
+        return self._ground.to_firmware(time_s)
+
+    def _tell_stations(self, time_s: float, frames: list[bytes]) -> list[bytes]:
+        if not self._ground:
+            return []
+        self._ground.from_firmware(time_s, frames)
+        heard = self._ground.to_stations(time_s)
+        if self._stations:
+            self._stations.send(heard)
+        return heard
+
+    def _record(self, time_s: float, truth: Truth) -> None:
+        state = self._state
+        if state is None:
+            return
+        sample_azimuth, sample_elevation = _angles(truth)
+        self.rows.append((
+            time_s, sample_azimuth, sample_elevation, truth.course, truth.heading, truth.airspeed,
+            self.actuator.position, state[5], state[10], state[11], state[12], state[13], state[16], state[20]))
+
+    def _advance(self, start_s: float, end_s: float, flying: bool) -> None:
+        """Fly from one tick to the next, with each steering command felt at its exact time."""
+        for arrived_s, (sent_s, steering) in self._up.due(end_s):
+            if sent_s >= self._newest_steering:  # one that was overtaken on the way is of no use
+                self._newest_steering = sent_s
+                self.actuator.command(max(arrived_s, start_s), steering)
+        now = start_s
+        actuator = self.actuator
+        while now < end_s - 1e-9:
+            actuator.apply_due(now + 1e-9)
+            until = min(end_s, actuator.next_change())
+            self._fly_for(until - now, flying)
+            now = until
+        if flying:
+            self._turbulence.advance()
+
+    def _fly_for(self, duration: float, flying: bool) -> None:
+        """Fly on while no new command is felt."""
+        actuator = self.actuator
+        steps = 1 if actuator.ideal and duration <= 2 * self.plant.step_s else ceil(duration / self.plant.step_s - 1e-6)
+        dt = duration / steps
+        for _ in range(steps):
+            if flying:
+                self.plant.step(dt, actuator.position_after(0.5 * dt), self._turbulence.factor)
+            actuator.advance(dt)
+
+
+def _angles(truth: Truth) -> tuple[float, float]:
+    x, y, z = truth.position
+    return atan2(y, x), atan2(z, hypot(x, y))

@@ -1,0 +1,98 @@
+"""The ground stations' side of the bridge: a UDP socket, with the emulated ground link behind it."""
+
+import socket
+
+from sim_bridge.link_emulation import LinkDirection, LinkSettings
+from sim_bridge.scenario import Scenario, ScenarioError
+from sim_bridge.wire import carries_control
+
+_MOST_PEERS = 8
+_MOST_DATAGRAMS = 200  # taken in at one tick
+_Address = tuple[str, int]
+
+
+def parse_address(text: str, where: str) -> _Address:
+    """HOST:PORT as an address.
+
+    Raises:
+        ScenarioError: it is not of that form.
+    """
+    host, colon, port = text.rpartition(":")
+    if not colon or not host or not port.isdigit() or int(port) > 65535:
+        raise ScenarioError(f"{where}: {text!r} is not HOST:PORT")
+    return host, int(port)
+
+
+class GroundLink:
+    """Both directions of the emulated ground path. Carries whole datagrams down and single frames up."""
+
+    def __init__(self, settings: tuple[LinkSettings, LinkSettings], seed: int):
+        self._down = LinkDirection(settings[0], f"{seed}:ground.down")
+        self._up = LinkDirection(settings[1], f"{seed}:ground.up")
+        self.refused = 0
+
+    def from_station(self, time_s: float, datagram: bytes) -> None:
+        """A ground station sent `datagram`; what only the control side may send is refused."""
+        if carries_control(datagram):
+            self.refused += 1
+        else:
+            self._down.send(time_s, datagram, len(datagram))
+
+    def to_firmware(self, time_s: float) -> list[bytes]:
+        """Datagrams that have reached the firmware by `time_s`."""
+        return [datagram for _, datagram in self._down.due(time_s)]
+
+    def from_firmware(self, time_s: float, frames: list[bytes]) -> None:
+        """The firmware sent `frames`."""
+        for frame in frames:
+            self._up.send(time_s, frame, len(frame))
+
+    def to_stations(self, time_s: float) -> list[bytes]:
+        """Frames that have come out on the ground by `time_s`."""
+        return [frame for _, frame in self._up.due(time_s)]
+
+
+class GroundSocket:
+    """Where ground stations are: the address that the kite sends to, and whoever has come to ours."""
+
+    def __init__(self, scenario: Scenario):
+        listen = parse_address(scenario["ground.listen"], "ground.listen")
+        self._peers = [parse_address(scenario["ground.send_to"], "ground.send_to")]
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.setblocking(False)
+        try:
+            self._socket.bind(listen)
+        except OSError as error:
+            self._socket.close()
+            raise ScenarioError(
+                f"ground.listen = {scenario['ground.listen']}: {error.strerror}; "
+                "end the other program or set ground.listen to another port") from error
+        self.address: _Address = self._socket.getsockname()
+
+    def receive(self) -> list[bytes]:
+        """Datagrams that have come since the last call, up to a fixed number."""
+        datagrams: list[bytes] = []
+        while len(datagrams) < _MOST_DATAGRAMS:
+            try:
+                datagram, peer = self._socket.recvfrom(65536)
+            except BlockingIOError:
+                break
+            except OSError:  # an earlier datagram found nobody
+                continue
+            if peer not in self._peers and len(self._peers) < _MOST_PEERS:
+                self._peers.append(peer)
+            datagrams.append(datagram[:1400])
+        return datagrams
+
+    def send(self, frames: list[bytes]) -> None:
+        """Send each frame to every ground station; one that is not there is no error."""
+        for frame in frames:
+            for peer in self._peers:
+                try:
+                    self._socket.sendto(frame, peer)
+                except OSError:
+                    continue
+
+    def close(self) -> None:
+        """Give the port back."""
+        self._socket.close()

@@ -1,0 +1,123 @@
+"""A kite on the unit sphere that obeys the turning-rate law.
+
+    d(psi)/dt = K Va u + offset + c2 / Va sin(psi) cos(elevation)
+
+on top of the turning of the meridians, so that a kite that does not turn flies a great circle. Sources: J. H. Baayen
+(2012), equation 1; M. Erhard and H. Strauch, "Control of towing kites for seagoing vessels" (2013), for gravity and
+for the airspeed of the glide law.
+"""
+
+from math import atan2, cos, hypot, sin, sqrt
+
+from sim_bridge.plant import Truth, Vector
+from sim_bridge.scenario import Scenario
+
+_LEAST_AIRSPEED = 0.5  # of the glide law, at the edge of the wind window [m/s]
+_TIDY_STEPS = 256
+
+
+class TurningRatePlant:
+    """State: position gamma, nose h (unit vectors, h tangent at gamma); b = gamma x h completes the body frame.
+
+    Both vectors rotate by Omega = gamma x d(gamma)/dt + r gamma, r the turning rate. Within a step the components of
+    Omega in the body frame are held at their midpoint values: exact for constant speed and steering, and of second
+    order with gravity and wind.
+    """
+
+    def __init__(self, scenario: Scenario, position: Vector, direction: Vector):
+        self.step_s = scenario["plant.step_s"]
+        self._turn_k = scenario["plant.turn_k"]
+        self._length = scenario["plant.line_length_m"]
+        self._gravity = scenario["plant.gravity_m_s2"]
+        self._offset = scenario["plant.offset_rad_s"]
+        self._transport = scenario["plant.transport"]
+        self._glide = scenario["plant.glide_ratio"] if scenario["plant.speed_law"] == "glide" else 0.0
+        self._wind = scenario["wind.speed_m_s"]
+        self._airspeed = scenario["plant.airspeed_m_s"]
+        self._speed = scenario["plant.speed_over_length"]
+        self._constant = not (self._gravity or self._glide or not self._transport)
+        self._gust = 1.0
+        self._position = position
+        self._nose = direction
+        self._steps = 0
+
+    def airspeed(self) -> float:
+        """Apparent wind speed [m/s]."""
+        if not self._glide:
+            return self._airspeed * self._gust
+        return max(_LEAST_AIRSPEED, self._wind * self._gust * self._glide * self._position[0])
+
+    def step(self, dt: float, steering: float, gust: float) -> None:
+        """Fly on by `dt` [s]; see Plant."""
+        self._gust = gust
+        position, nose = self._position, self._nose
+        turning, forward, sideways = self._rates(steering)
+        if not self._constant:
+            self._position, self._nose = _rotated(position, nose, turning, forward, sideways, 0.5 * dt)
+            turning, forward, sideways = self._rates(steering)
+        self._position, self._nose = _rotated(position, nose, turning, forward, sideways, dt)
+        self._steps += 1
+        if self._steps % _TIDY_STEPS == 0:
+            self._tidy()
+
+    def truth(self) -> Truth:
+        """The present state; see Plant."""
+        (x, y, z), (hx, hy, hz) = self._position, self._nose
+        _, forward, sideways = self._rates(0.0)
+        bx, by, bz = y * hz - z * hy, z * hx - x * hz, x * hy - y * hx
+        vx, vy, vz = forward * hx + sideways * bx, forward * hy + sideways * by, forward * hz + sideways * bz
+        return Truth(
+            self._position, (vx, vy, vz), atan2(vx * y - vy * x, vz), atan2(hx * y - hy * x, hz), self._length,
+            self.airspeed(), 0.0)  # fmt: skip
+
+    def _rates(self, steering: float) -> tuple[float, float, float]:
+        """Turning rate [rad/s] and speed over length along the nose and along b [1/s]."""
+        (x, y, z), (hx, hy, hz) = self._position, self._nose
+        airspeed = self.airspeed()
+        turning = self._turn_k * airspeed * steering + self._offset
+        if self._glide:
+            wind = self._wind * self._gust
+            forward = (airspeed + wind * hx) / self._length
+            sideways = wind * (y * hz - z * hy) / self._length
+        else:
+            forward, sideways = self._speed * self._gust, 0.0
+        drop = hx * y - hy * x  # sin(psi) cos(elevation)
+        if self._gravity:
+            turning += self._gravity / airspeed * drop
+        if not self._transport:  # hold the turning angle on a straight flight: undo the meridians' turning
+            turning -= forward * drop * z / max(1e-3, x * x + y * y)
+        return turning, forward, sideways
+
+    def _tidy(self) -> None:
+        """Take rounding errors out of lengths and right angle."""
+        (x, y, z), (hx, hy, hz) = self._position, self._nose
+        size = sqrt(x * x + y * y + z * z)
+        x, y, z = x / size, y / size, z / size
+        along = hx * x + hy * y + hz * z
+        hx, hy, hz = hx - along * x, hy - along * y, hz - along * z
+        size = sqrt(hx * hx + hy * hy + hz * hz)
+        self._position, self._nose = (x, y, z), (hx / size, hy / size, hz / size)
+
+
+def _rotated(position: Vector, nose: Vector, turning: float, forward: float, sideways: float, dt: float
+             ) -> tuple[Vector, Vector]:  # fmt: skip
+    """Both vectors after turning about Omega = turning gamma - sideways h + forward b for `dt` (Rodrigues)."""
+    (x, y, z), (hx, hy, hz) = position, nose
+    rate = hypot(turning, forward, sideways)
+    if rate == 0.0:
+        return position, nose
+    bx, by, bz = y * hz - z * hy, z * hx - x * hz, x * hy - y * hx
+    r, p, q = turning / rate, forward / rate, sideways / rate
+    sine = sin(rate * dt)
+    cosine = cos(rate * dt)
+    rest = 1.0 - cosine
+    nx, ny, nz = r * x - q * hx + p * bx, r * y - q * hy + p * by, r * z - q * hz + p * bz
+    a, b = r * rest, q * rest
+    return (
+        (cosine * x + sine * (p * hx + q * bx) + a * nx,
+         cosine * y + sine * (p * hy + q * by) + a * ny,
+         cosine * z + sine * (p * hz + q * bz) + a * nz),
+        (cosine * hx + sine * (r * bx - p * x) - b * nx,
+         cosine * hy + sine * (r * by - p * y) - b * ny,
+         cosine * hz + sine * (r * bz - p * z) - b * nz),
+    )  # fmt: skip

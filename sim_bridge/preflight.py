@@ -1,0 +1,93 @@
+"""What happens before t = 0: parameters are loaded, the kite is armed and put into TRACK, by the usual messages."""
+
+from math import inf
+
+from protocol import dialect
+from protocol.parameter_table import load_parameters
+from sim_bridge.runtime import Message, RuntimeFailure
+from sim_bridge.scenario import Scenario
+from sim_bridge.wire import as_request
+
+_ASKED_PER_TICK = 4
+_REPEAT_TICKS = 15
+_TRACK = dialect.KITE_MODE_TRACK
+
+
+class Preflight:
+    """Asks until everything is acknowledged; `done` then."""
+
+    def __init__(self, scenario: Scenario):
+        self._wanted = {
+            name: scenario.parameter(name) for name, entry in load_parameters().items() if not entry.read_only}
+        self._system = int(scenario.parameter("SYSTEM_ID"))
+        self._asked: dict[str, float] = {}
+        self._armed = False
+        self._last_command = -inf
+        self._reason = ""
+        self.done = False
+
+    def requests(self, tick: int) -> list[Message]:
+        """What to ask in this tick."""
+        if self.done:
+            return []
+        if self._wanted:
+            due = [name for name in self._wanted if tick - self._asked.get(name, -inf) >= _REPEAT_TICKS]
+            self._asked |= dict.fromkeys(due[:_ASKED_PER_TICK], tick)
+            return [self._set(name) for name in due[:_ASKED_PER_TICK]]
+        if tick - self._last_command < _REPEAT_TICKS:
+            return []
+        self._last_command = tick
+        if self._armed:
+            return [self._command(dialect.MAV_CMD_DO_SET_MODE, 1.0, float(_TRACK))]
+        return [self._command(dialect.MAV_CMD_COMPONENT_ARM_DISARM, 1.0, 0.0)]
+
+    def hear(self, replies: list[Message]) -> None:
+        """Take the firmware's answers.
+
+        Raises:
+            RuntimeFailure: a parameter was refused.
+        """
+        for message, values in replies:
+            if message == dialect.MAVLINK_MSG_ID_PARAM_VALUE:
+                name = _text(values[3])
+                if self._wanted.get(name) == values[0]:
+                    del self._wanted[name]
+            elif message == dialect.MAVLINK_MSG_ID_PARAM_ERROR:
+                raise RuntimeFailure(f"the firmware refused {_text(values[3])}: {self._reason or 'out of range'}")
+            elif message == dialect.MAVLINK_MSG_ID_STATUSTEXT:
+                self._reason = _text(values[1])
+            elif message == dialect.MAVLINK_MSG_ID_COMMAND_ACK:
+                self._acknowledge(values[0], values[1])
+
+    def check(self) -> None:
+        """At t = 0: everything must have been acknowledged.
+
+        Raises:
+            RuntimeFailure: it was not, with the firmware's reason.
+        """
+        if self._wanted:
+            raise RuntimeFailure(f"the firmware did not acknowledge {next(iter(self._wanted))}")
+        if not self.done:
+            raise RuntimeFailure(f"the firmware would not {'track' if self._armed else 'arm'}: {self._reason}")
+
+    def _acknowledge(self, command: int, result: int) -> None:
+        if result != dialect.MAV_RESULT_ACCEPTED:
+            return
+        if command == dialect.MAV_CMD_COMPONENT_ARM_DISARM and not self._armed:
+            self._armed = True
+            self._last_command = -inf
+        elif command == dialect.MAV_CMD_DO_SET_MODE:
+            self.done = True
+
+    def _set(self, name: str) -> Message:
+        kind = dialect.MAV_PARAM_TYPE_REAL32
+        return as_request(dialect.MAVLink_param_set_message(
+            self._system, 1, name.encode(), self._wanted[name], kind))  # fmt: skip
+
+    def _command(self, command: int, first: float, second: float) -> Message:
+        return as_request(dialect.MAVLink_command_long_message(
+            self._system, 1, command, 0, first, second, 0.0, 0.0, 0.0, 0.0, 0.0))  # fmt: skip
+
+
+def _text(value: bytes) -> str:
+    return value.rstrip(b"\0").decode(errors="replace")

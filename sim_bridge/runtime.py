@@ -1,0 +1,61 @@
+"""How the bridge talks to the firmware, whatever it runs on.
+
+A runtime takes what the firmware may see in a tick and gives back what it made of it. Messages are (id, values in
+wire order), as the firmware's own tables have them, so that no runtime needs to know more than that.
+"""
+
+from typing import Any, NamedTuple, Protocol
+
+from sim_bridge.sensors import Sample
+
+Message = tuple[int, tuple[Any, ...]]
+
+
+class RuntimeFailure(Exception):
+    """The firmware cannot be started, fell silent, or answered another tick; the text says so in one line."""
+
+
+class TickOutput(NamedTuple):
+    """What came out of a tick.
+
+    `steering` holds (time [s], steering) for each HIL_ACTUATOR_CONTROLS; `state` is the last KITE_STATE in wire
+    order, None if there was none; `replies` are PARAM_VALUE, PARAM_ERROR, COMMAND_ACK and STATUSTEXT; `frames` are
+    all frames for the ground path, as bytes.
+    """
+
+    steering: list[tuple[float, float]]
+    state: tuple[Any, ...] | None
+    replies: list[Message]
+    frames: list[bytes]
+
+
+class Runtime(Protocol):
+    """The firmware, running somewhere."""
+
+    name: str
+
+    def start(self) -> None:
+        """Bring the firmware up.
+
+        Raises:
+            RuntimeFailure: it does not come up.
+        """
+        ...
+
+    def exchange(self, tick: int, time_s: float, samples: list[Sample], requests: list[Message],
+                 datagrams: list[bytes]) -> TickOutput:  # fmt: skip
+        """Run tick `tick` at `time_s` with the samples, the bridge's own requests, and what ground stations sent.
+
+        Raises:
+            RuntimeFailure: the firmware is silent or out of step.
+        """
+        ...
+
+    def stop(self) -> None:
+        """Shut the firmware down; safe to call twice."""
+        ...
+
+
+def clock_us(time_s: float) -> int:
+    """The firmware's clock at `time_s` of the flight: it wraps 30 s after the start, so that every run crosses it."""
+    return (round(time_s * 1e6) + (1 << 30) - 30_000_000) & ((1 << 30) - 1)

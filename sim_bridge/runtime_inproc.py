@@ -1,0 +1,87 @@
+"""The firmware's own objects in this process: no sockets and no codec, but every field rounded as the wire does."""
+
+import struct
+from typing import Any
+
+from firmware_py.autopilot import Autopilot
+from firmware_py.generated_messages import HIL_ACTUATOR_CONTROLS, KITE_SENSORS, KITE_STATE, MESSAGES
+from firmware_py.mavlink_encoder import LONGEST_FRAME, Encoder
+from sim_bridge.runtime import Message, TickOutput, clock_us
+from sim_bridge.sensors import Sample
+
+_BRIDGE = 255  # system and component that the bridge's own requests come from
+_LAYOUTS = {message: struct.Struct(entry[0]) for message, entry in MESSAGES.items()}
+
+
+def as_on_the_wire(message: int, values: tuple[Any, ...]) -> tuple[Any, ...]:
+    """`values` as they come out at the other end: floats in single precision, text padded with zeros."""
+    layout = _LAYOUTS[message]
+    return layout.unpack(layout.pack(*values))
+
+
+class DirectLink:
+    """The firmware's link without bytes: keeps what a tick sends, by kind."""
+
+    def __init__(self, keep_frames: bool):
+        self.steering = 0.0
+        self.state: tuple[Any, ...] | None = None
+        self.replies: list[Message] = []
+        self.frames: list[bytes] = []
+        self._encoder = Encoder(1, 1) if keep_frames else None
+
+    def set_system(self, system: int) -> None:
+        """Send with this system id from now on."""
+        if self._encoder:
+            self._encoder.system = system
+
+    def send(self, message: int, values: tuple[Any, ...]) -> None:
+        """Take a message from the firmware."""
+        wired = as_on_the_wire(message, values)
+        if message == HIL_ACTUATOR_CONTROLS:
+            self.steering = wired[2]
+        elif message == KITE_STATE:
+            self.state = wired
+        else:
+            self.replies.append((message, wired))
+        if self._encoder:
+            buffer = bytearray(LONGEST_FRAME)
+            end = self._encoder.encode(buffer, 0, message, values)
+            if message != HIL_ACTUATOR_CONTROLS:
+                self.frames.append(bytes(buffer[:end]))
+
+    def flush(self) -> None:
+        """Nothing waits here."""
+
+    def counters(self) -> tuple[int, int, int, int]:
+        """There are no frames to lose."""
+        return 0, 0, 0, 0
+
+
+class InprocRuntime:
+    """Runtime `inproc`. `keep_frames` also encodes what is sent, for a run log."""
+
+    name = "inproc"
+
+    def __init__(self, keep_frames: bool = False):
+        self._link = DirectLink(keep_frames)
+        self.autopilot = Autopilot(self._link, lockstep=True)
+
+    def start(self) -> None:
+        """Nothing to bring up."""
+
+    def exchange(self, tick: int, time_s: float, samples: list[Sample], requests: list[Message],
+                 datagrams: list[bytes]) -> TickOutput:  # fmt: skip
+        """See Runtime; ground stations need a runtime with a wire."""
+        link = self._link
+        inbox = self.autopilot.inbox
+        for sample in samples:
+            inbox.put(KITE_SENSORS, as_on_the_wire(KITE_SENSORS, sample), _BRIDGE, _BRIDGE)
+        for message, values in requests:
+            inbox.put(message, as_on_the_wire(message, values), _BRIDGE, _BRIDGE)
+        self.autopilot.tick(clock_us(time_s))
+        output = TickOutput([(time_s, link.steering)], link.state, link.replies, link.frames)
+        link.state, link.replies, link.frames = None, [], []
+        return output
+
+    def stop(self) -> None:
+        """Nothing to shut down."""

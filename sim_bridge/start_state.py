@@ -1,0 +1,40 @@
+"""Where a flight starts, and how the kite is led there before: straight, so that sensors and links are in use."""
+
+from math import atan2, cos, pi, sin, sqrt
+
+import numpy as np
+
+from analysis.target_eight import TargetEight
+from sim_bridge.plant import Truth, Vector
+from sim_bridge.scenario import Scenario
+
+
+def start_position(scenario: Scenario, eight: TargetEight) -> tuple[Vector, Vector]:
+    """Unit position and unit direction of the course at t = 0, from the scenario's section `start`."""
+    s = np.array([scenario["start.path_parameter"]])
+    gamma = eight.position(s)[0]
+    tangent = eight.direction * eight.derivatives(s)[0][0]
+    tangent /= np.linalg.norm(tangent)
+    side = np.cross(gamma, tangent)
+    offset, error = scenario["start.offset_rad"], scenario["start.course_error_rad"]
+    moved = cos(offset) * gamma + sin(offset) * side
+    side = cos(offset) * side - sin(offset) * gamma
+    course = cos(error) * tangent + sin(error) * side
+    x, y, z = (float(v) for v in moved)
+    hx, hy, hz = (float(v) for v in course)
+    return (x, y, z), (hx, hy, hz)
+
+
+def lead_in(start: Truth, time_s: float) -> Truth:
+    """The kite at `time_s` < 0: on the great circle that reaches `start` at t = 0, at the speed it has there."""
+    velocity = start.velocity
+    speed = sqrt(sum(v * v for v in velocity))
+    angle = speed * time_s
+    c, s = cos(angle), sin(angle)
+    gamma = start.position
+    x, y, z = (c * g + s * v / speed for g, v in zip(gamma, velocity, strict=True))
+    vx, vy, vz = (c * v - s * speed * g for g, v in zip(gamma, velocity, strict=True))
+    course = atan2(vx * y - vy * x, vz)
+    heading = course + start.heading - start.course
+    heading -= 2 * pi * round(heading / (2 * pi))
+    return start._replace(position=(x, y, z), velocity=(vx, vy, vz), course=course, heading=heading)

@@ -1,0 +1,68 @@
+"""The bridge's end of the wire: pymavlink's codec, and the messages that are the control side's own."""
+
+from typing import Any
+
+from protocol import dialect
+from sim_bridge.runtime import Message
+
+CONTROL_ONLY = frozenset(
+    (dialect.MAVLINK_MSG_ID_KITE_TICK, dialect.MAVLINK_MSG_ID_KITE_TICK_END, dialect.MAVLINK_MSG_ID_KITE_SENSORS))
+BRIDGE_SYSTEM = 255
+BRIDGE_COMPONENT = 255
+DATAGRAM = 1400
+
+
+class BridgeCodec:
+    """Packs and parses frames with the generated dialect, which is not the firmware's codec."""
+
+    def __init__(self) -> None:
+        self._mav = dialect.MAVLink(None, srcSystem=BRIDGE_SYSTEM, srcComponent=BRIDGE_COMPONENT)
+        self._mav.robust_parsing = True
+
+    def encode(self, message: int, values: tuple[Any, ...]) -> bytes:
+        """A frame of `message`, whose `values` are in wire order."""
+        kind = dialect.mavlink_map[message]
+        return self.encode_message(kind(**dict(zip(kind.ordered_fieldnames, values, strict=True))))
+
+    def encode_message(self, message: dialect.MAVLink_message) -> bytes:
+        """A frame of a pymavlink message."""
+        frame = message.pack(self._mav)
+        self._mav.seq = (self._mav.seq + 1) % 256
+        return frame
+
+    def decode(self, data: bytes) -> list[dialect.MAVLink_message]:
+        """The good messages in `data`."""
+        messages = self._mav.parse_buffer(data) or []
+        return [message for message in messages if message.get_type() != "BAD_DATA"]
+
+
+def wire_values(message: dialect.MAVLink_message) -> tuple[Any, ...]:
+    """Values of a message without arrays of numbers, in wire order; text as bytes."""
+    values = (getattr(message, name) for name in message.ordered_fieldnames)
+    return tuple(value.encode() if isinstance(value, str) else value for value in values)
+
+
+def as_request(message: dialect.MAVLink_message) -> Message:
+    """A pymavlink message as (id, values in wire order)."""
+    return message.get_msgId(), wire_values(message)
+
+
+def carries_control(datagram: bytes) -> bool:
+    """True if a frame that only the control side may send could be found anywhere in `datagram`."""
+    start = datagram.find(0xFD)
+    while start >= 0:
+        if int.from_bytes(datagram[start + 7 : start + 10], "little") in CONTROL_ONLY:
+            return True
+        start = datagram.find(0xFD, start + 1)
+    return False
+
+
+def in_datagrams(frames: list[bytes]) -> list[bytes]:
+    """Frames gathered into datagrams of at most DATAGRAM bytes, none of them split."""
+    datagrams: list[bytes] = []
+    for frame in frames:
+        if datagrams and len(datagrams[-1]) + len(frame) <= DATAGRAM:
+            datagrams[-1] += frame
+        else:
+            datagrams.append(frame)
+    return datagrams
