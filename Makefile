@@ -22,7 +22,7 @@ install: $(VENV)/.installed ## set up .venv with plots and analysis
 SCENARIO ?= paper-delay-tuned
 SPEED ?= 1
 sitl: $(VENV)/.installed ## fly SCENARIO in real time, ground stations welcome on UDP 14550 (DURATION=20 SPEED=max to end by itself)
-	@$(BIN)/kite-sitl run $(SCENARIO) --runtime cpython --speed $(SPEED) --ground --status --log flights \
+	@$(BIN)/kite-sitl run $(SCENARIO) --runtime cpython --speed $(SPEED) --ground --status --log flights/$$(date +%Y%m%d-%H%M%S) \
 	  $(if $(DURATION),--duration $(DURATION),--forever)
 
 paper: $(VENV)/.installed ## the paper's figures and numbers into docs/figures

@@ -5,12 +5,12 @@ angle from straight up towards gamma x up.
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+Array = NDArray[Any]
 _COARSE = 256
 _REFINEMENTS = 4
 
@@ -44,8 +44,12 @@ class TargetEight(NamedTuple):
     @classmethod
     def from_parameters(cls, value: Callable[[str], float]) -> "TargetEight":
         """From the firmware's parameters, which `value(name)` gives in degrees."""
-        names = ("EIGHT_AZIMUTH", "EIGHT_ELEVATION", "EIGHT_HALF_W", "EIGHT_HALF_H")
-        return cls(*(float(np.radians(value(name))) for name in names), value("EIGHT_DIRECTION"))
+
+        def radians(name: str) -> float:
+            return float(np.radians(value(name)))
+
+        return cls(radians("EIGHT_AZIMUTH"), radians("EIGHT_ELEVATION"), radians("EIGHT_HALF_W"),
+                   radians("EIGHT_HALF_H"), value("EIGHT_DIRECTION"))  # fmt: skip
 
     def angles(self, s: Array) -> tuple[Array, Array]:
         """Azimuth and elevation [rad] at path parameters `s`."""

@@ -82,6 +82,7 @@ class Estimator:
         self._arrival = 0
         self._history = [(0, 0.0, 0.0, 0.0)] * _HISTORY  # (time, x, y, z), a ring
         self._count = 0
+        self._oldest = 0  # the position that the chord starts from
         self._chord = 0.0
         self._span = 0.0
         self._turning = 0.0  # smoothed rate of the chord's direction [rad/s]
@@ -105,7 +106,7 @@ class Estimator:
             self.dropped += 1
             return False
         if fresh_start:
-            self._count = 0
+            self._count = self._oldest = 0
             self._turning = 0.0
         self._heard = True
         self._arrival = now
@@ -187,16 +188,19 @@ class Estimator:
         The geodesic's direction where it ends; on a turn it lags by half the time between the two, which
         `_turning` makes good.
         """
-        available = min(self._count, _HISTORY) - 1
-        if available < 1:
+        newest = self._count - 1
+        if newest < 1:
             self._span = 0.0
             return
-        span = 0.0
-        for back in range(1, available + 1):
-            then, x, y, z = self._history[(self._count - 1 - back) % _HISTORY]
-            span = ticks_diff(self.sample_time, then) * 1e-6
-            if span >= self.config.course_window:
+        window_us = int(self.config.course_window * 1e6)
+        self._oldest = max(self._oldest, self._count - _HISTORY)
+        while self._oldest < newest - 1:  # leave behind what the window does not need
+            following = self._history[(self._oldest + 1) % _HISTORY][0]
+            if ticks_diff(self.sample_time, following) < window_us:
                 break
+            self._oldest += 1
+        then, x, y, z = self._history[self._oldest % _HISTORY]
+        span = ticks_diff(self.sample_time, then) * 1e-6
         up = self.frame.up(x, y, z)
         across = self.frame.across(x, y)
         length = sqrt(up * up + across * across)

@@ -14,15 +14,12 @@ from .udp_transport import UdpTransport
 
 _SILENCE_MS = 10000
 
-if hasattr(time, "ticks_us"):  # MicroPython
 
-    def _ticks_us():
-        return time.ticks_us() & MASK
-
-else:
-
-    def _ticks_us():
-        return time.monotonic_ns() // 1000 & MASK
+def _ticks_us():
+    """The clock of the platform, in the firmware's wrap: MicroPython has ticks, CPython nanoseconds."""
+    if hasattr(time, "ticks_us"):
+        return getattr(time, "ticks_us")() & MASK  # noqa: B009  unknown to CPython's type stubs
+    return time.monotonic_ns() // 1000 & MASK
 
 
 def main(arguments):

@@ -1,5 +1,6 @@
 """The firmware's one link: MAVLink frames over a transport of bytes."""
 
+from .generated_messages import HIL_ACTUATOR_CONTROLS, KITE_TICK_END
 from .mavlink_decoder import Decoder
 from .mavlink_encoder import LONGEST_FRAME, Encoder
 
@@ -13,11 +14,15 @@ class MavlinkLink:
 
     The transport has `read() -> bytes or None`, `write(memoryview)`, and `datagrams`: True where bytes arrive in
     whole datagrams. A frame never spans two of them.
+
+    Steering and ends of ticks are numbered apart from all else, as a channel of their own: the bridge takes them
+    off, and a ground station must not count them as lost.
     """
 
     def __init__(self, transport):
         self.decoder = Decoder()
         self._encoder = Encoder(1, _COMPONENT)
+        self._control_encoder = Encoder(1, _COMPONENT)
         self._transport = transport
         self._out = bytearray(_DATAGRAM + LONGEST_FRAME)
         self._out_view = memoryview(self._out)
@@ -26,6 +31,7 @@ class MavlinkLink:
     def set_system(self, system):
         """Send with this system id from now on."""
         self._encoder.system = system
+        self._control_encoder.system = system
 
     def receive(self, inbox):
         """Put what has arrived into `inbox`, up to a fixed number of bytes, or up to a lockstep tick."""
@@ -45,7 +51,9 @@ class MavlinkLink:
 
     def send(self, message, values):
         """Queue a frame of `message` with `values` in wire order."""
-        self._filled = self._encoder.encode(self._out, self._filled, message, values)
+        control = message in (HIL_ACTUATOR_CONTROLS, KITE_TICK_END)
+        encoder = self._control_encoder if control else self._encoder
+        self._filled = encoder.encode(self._out, self._filled, message, values)
         if self._filled > _DATAGRAM:
             self.flush()
 

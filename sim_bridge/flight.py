@@ -84,7 +84,7 @@ class Flight:
         """Run one tick and fly the plant on to the next.
 
         Raises:
-            RuntimeFailure: the firmware did not get ready in time, or failed.
+            FirmwareError: the firmware did not get ready in time, or failed.
         """
         tick, time_s = self.tick, self.time_s
         if tick == 0:

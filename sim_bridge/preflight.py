@@ -4,7 +4,7 @@ from math import inf
 
 from protocol import dialect
 from protocol.parameter_table import load_parameters
-from sim_bridge.runtime import Message, RuntimeFailure
+from sim_bridge.runtime import FirmwareError, Message
 from sim_bridge.scenario import Scenario
 from sim_bridge.wire import as_request
 
@@ -45,7 +45,7 @@ class Preflight:
         """Take the firmware's answers.
 
         Raises:
-            RuntimeFailure: a parameter was refused.
+            FirmwareError: a parameter was refused.
         """
         for message, values in replies:
             if message == dialect.MAVLINK_MSG_ID_PARAM_VALUE:
@@ -53,7 +53,7 @@ class Preflight:
                 if self._wanted.get(name) == values[0]:
                     del self._wanted[name]
             elif message == dialect.MAVLINK_MSG_ID_PARAM_ERROR:
-                raise RuntimeFailure(f"the firmware refused {_text(values[3])}: {self._reason or 'out of range'}")
+                raise FirmwareError(f"the firmware refused {_text(values[3])}: {self._reason or 'out of range'}")
             elif message == dialect.MAVLINK_MSG_ID_STATUSTEXT:
                 self._reason = _text(values[1])
             elif message == dialect.MAVLINK_MSG_ID_COMMAND_ACK:
@@ -63,12 +63,12 @@ class Preflight:
         """At t = 0: everything must have been acknowledged.
 
         Raises:
-            RuntimeFailure: it was not, with the firmware's reason.
+            FirmwareError: it was not, with the firmware's reason.
         """
         if self._wanted:
-            raise RuntimeFailure(f"the firmware did not acknowledge {next(iter(self._wanted))}")
+            raise FirmwareError(f"the firmware did not acknowledge {next(iter(self._wanted))}")
         if not self.done:
-            raise RuntimeFailure(f"the firmware would not {'track' if self._armed else 'arm'}: {self._reason}")
+            raise FirmwareError(f"the firmware would not {'track' if self._armed else 'arm'}: {self._reason}")
 
     def _acknowledge(self, command: int, result: int) -> None:
         if result != dialect.MAV_RESULT_ACCEPTED:

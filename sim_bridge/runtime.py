@@ -11,7 +11,7 @@ from sim_bridge.sensors import Sample
 Message = tuple[int, tuple[Any, ...]]
 
 
-class RuntimeFailure(Exception):
+class FirmwareError(Exception):
     """The firmware cannot be started, fell silent, or answered another tick; the text says so in one line."""
 
 
@@ -38,7 +38,7 @@ class Runtime(Protocol):
         """Bring the firmware up.
 
         Raises:
-            RuntimeFailure: it does not come up.
+            FirmwareError: it does not come up.
         """
         ...
 
@@ -47,7 +47,7 @@ class Runtime(Protocol):
         """Run tick `tick` at `time_s` with the samples, the bridge's own requests, and what ground stations sent.
 
         Raises:
-            RuntimeFailure: the firmware is silent or out of step.
+            FirmwareError: the firmware is silent or out of step.
         """
         ...
 

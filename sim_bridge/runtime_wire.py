@@ -1,0 +1,66 @@
+"""What all runtimes with a wire share: frames of a tick out, frames of the firmware back, sorted."""
+
+import time
+
+from protocol import dialect
+from sim_bridge.runtime import FirmwareError, Message, TickOutput, clock_us
+from sim_bridge.sensors import Sample
+from sim_bridge.wire import BridgeCodec, in_datagrams, wire_values
+
+SILENCE_S = 10.0
+_REPLIES = frozenset(("PARAM_VALUE", "PARAM_ERROR", "COMMAND_ACK", "STATUSTEXT"))
+
+
+class WireRuntime:
+    """A firmware in lockstep behind datagrams; subclasses say how to `_send` and `_receive` one."""
+
+    name: str = "wire"
+
+    def __init__(self) -> None:
+        self._codec = BridgeCodec()
+
+    def exchange(self, tick: int, time_s: float, samples: list[Sample], requests: list[Message],
+                 datagrams: list[bytes]) -> TickOutput:  # fmt: skip
+        """See Runtime."""
+        self._send_inputs(samples, requests, datagrams)
+        self._send(self._codec.encode(dialect.MAVLINK_MSG_ID_KITE_TICK, (tick, clock_us(time_s))))
+        output = TickOutput([], None, [], [])
+        deadline = time.monotonic() + SILENCE_S
+        while True:
+            ended, output = self._sort(self._receive(deadline, f"in tick {tick}"), time_s, output)
+            if ended == tick:
+                return output
+            if ended is not None:
+                raise FirmwareError(f"the firmware ended tick {ended} when it was asked for tick {tick}")
+
+    def _send_inputs(self, samples: list[Sample], requests: list[Message], datagrams: list[bytes]) -> None:
+        """Send what the firmware may see in a tick."""
+        frames = [self._codec.encode(dialect.MAVLINK_MSG_ID_KITE_SENSORS, sample) for sample in samples]
+        frames += [self._codec.encode(message, values) for message, values in requests]
+        for datagram in in_datagrams(frames) + datagrams:
+            self._send(datagram)
+
+    def _sort(self, data: bytes, time_s: float, output: TickOutput) -> tuple[int | None, TickOutput]:
+        """Add what `data`, of the time `time_s`, holds to `output`; also return the number of a tick that it ends."""
+        ended = None
+        for message in self._codec.decode(data):
+            kind = message.get_type()
+            if kind == "HIL_ACTUATOR_CONTROLS":
+                output.steering.append((time_s, message.controls[0]))  # type: ignore[attr-defined]
+                continue
+            if kind == "KITE_TICK_END":
+                ended = message.tick  # type: ignore[attr-defined]
+                continue
+            if kind == "KITE_STATE":
+                output = output._replace(state=wire_values(message))
+            elif kind in _REPLIES:
+                output.replies.append((message.get_msgId(), wire_values(message)))
+            output.frames.append(bytes(message.get_msgbuf()))
+        return ended, output
+
+    def _send(self, datagram: bytes) -> None:
+        raise NotImplementedError
+
+    def _receive(self, deadline: float, when: str) -> bytes:
+        """One datagram, by the wall clock's `deadline`; `when` says in an error what was waited for."""
+        raise NotImplementedError
