@@ -1,0 +1,114 @@
+"""Parameter files: reads those of MAVProxy, Mission Planner and QGroundControl, writes MAVProxy's.
+
+    MAVProxy         NAME value
+    Mission Planner  NAME,value
+    QGroundControl   system <tab> component <tab> NAME <tab> value <tab> type
+"""
+
+import math
+from pathlib import Path
+from typing import NamedTuple
+
+from ground.errors import UsageError
+from protocol.parameter_table import NAME_LENGTH, float32
+
+
+class ParameterFileError(UsageError):
+    """A file that cannot be read or written as parameters; names the file and the line."""
+
+
+class Entry(NamedTuple):
+    """A value (float32) and the line of the file where it stands, counted from 1."""
+
+    value: float
+    line: int
+
+
+def read_parameter_file(path: str | Path) -> dict[str, Entry]:
+    """The parameters in a file, by name, in the file's order.
+
+    Raises:
+        ParameterFileError: no such file, a line that is no parameter, a name twice, or no parameters at all.
+    """
+    try:
+        text = Path(path).read_text("utf-8-sig")
+    except OSError as error:
+        raise ParameterFileError(f"{path}: cannot read: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise ParameterFileError(f"{path}: not a text file: should hold lines of NAME value") from None
+    found: dict[str, Entry] = {}
+    for number, line in enumerate(text.splitlines(), start=1):
+        try:
+            parsed = _parse_line(line)
+        except ValueError as error:
+            raise ParameterFileError(f"{path}:{number}: {error}") from None
+        if parsed is None:
+            continue
+        name, value = parsed
+        if name in found:
+            raise ParameterFileError(f"{path}:{number}: {name} is already given in line {found[name].line}")
+        found[name] = Entry(value, number)
+    if not found:
+        raise ParameterFileError(f"{path}: holds no parameters: should hold lines of NAME value")
+    return found
+
+
+def write_parameter_file(path: str | Path, values: dict[str, float], heading: str) -> None:
+    """Write `values` as MAVProxy does, under a comment line `heading`; the whole file or nothing.
+
+    Raises:
+        ParameterFileError: the file cannot be written.
+    """
+    lines = [f"# {heading}", *(f"{name:<{NAME_LENGTH}} {format_value(value)}" for name, value in values.items())]
+    unfinished = Path(f"{path}.part")
+    try:
+        unfinished.write_text("\n".join(lines) + "\n", "utf-8")
+        unfinished.replace(path)
+    except OSError as error:
+        unfinished.unlink(missing_ok=True)
+        raise ParameterFileError(f"{path}: cannot write: {error.strerror}") from None
+
+
+def parse_number(text: str) -> float:
+    """A finite float32 from its text.
+
+    Raises:
+        ValueError: it is not a number, or too large for a parameter.
+    """
+    try:
+        value = float32(float(text))
+    except ValueError:
+        raise ValueError(f"{text!r} is not a number") from None
+    if not math.isfinite(value):
+        raise ValueError(f"{text!r} is not a finite number that a float32 holds")
+    return value
+
+
+def format_value(value: float) -> str:
+    """The shortest decimal text that gives back this float32."""
+    if value == int(value) and abs(value) < 1e9:
+        return str(int(value))
+    return next((text for digits in range(1, 9) if float32(float(text := f"{value:.{digits}g}")) == value),
+                f"{value:.9g}")
+
+
+def _parse_line(line: str) -> tuple[str, float] | None:
+    """Name and value of a line, or None where it holds none. Raises ValueError where it is broken."""
+    content = line.partition("#")[0].strip()
+    if not content:
+        return None
+    columns = content.split("\t")
+    if len(columns) == 5:
+        name, number = columns[2].strip(), columns[3].strip()
+    else:
+        words = content.replace(",", " ").split()
+        if len(words) != 2:
+            raise ValueError(f"{_shortened(content)!r} is no parameter: should be NAME value")
+        name, number = words
+    if len(name) > NAME_LENGTH or not name.isascii() or not name.replace("_", "").isalnum():
+        raise ValueError(f"{_shortened(name)!r} is no name: should be at most {NAME_LENGTH} letters, digits and _")
+    return name, parse_number(number)
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= 40 else text[:37] + "..."

@@ -1,0 +1,173 @@
+"""Ways for bytes to reach a vehicle and come back: UDP that waits to be called, UDP that calls, a serial port."""
+
+import errno
+import socket
+from typing import Protocol
+
+import serial
+
+from ground.errors import UsageError
+
+_DATAGRAM = 65535
+_FORMS = "udpin:HOST:PORT, udpout:HOST:PORT or serial:DEVICE:BAUD"
+
+
+class LinkError(UsageError):
+    """A link that cannot be opened, or that broke; the message is one line and names the link."""
+
+
+class Transport(Protocol):
+    """Carries bytes both ways. Waiting happens in `receive` only, so that a test can put simulated time behind it."""
+
+    def send(self, data: bytes) -> None:
+        """Send `data`, or drop it where nobody is there to take it. Raises LinkError when the link is broken."""
+        ...
+
+    def receive(self, timeout_s: float) -> bytes:
+        """Wait up to `timeout_s` seconds for bytes; b"" on time-out. Raises LinkError when the link is broken."""
+        ...
+
+    def close(self) -> None:
+        """Give the link free. May be called twice."""
+        ...
+
+
+class _Udp:
+    """What both UDP transports share."""
+
+    def __init__(self, link: str, family: int) -> None:
+        self._link = link
+        self._socket = socket.socket(family, socket.SOCK_DGRAM)
+
+    def send(self, data: bytes) -> None:
+        try:
+            self._transmit(data)
+        except (ConnectionError, BlockingIOError):
+            pass  # nobody listens there yet, or no room: as good as lost on the way
+        except OSError as error:
+            raise LinkError(f"link {self._link}: cannot send: {error.strerror or error}") from None
+
+    def receive(self, timeout_s: float) -> bytes:
+        self._socket.settimeout(max(timeout_s, 0.0))
+        try:
+            data, sender = self._socket.recvfrom(_DATAGRAM)
+        except (TimeoutError, BlockingIOError, ConnectionError):
+            return b""
+        except OSError as error:
+            raise LinkError(f"link {self._link}: cannot receive: {error.strerror or error}") from None
+        self._heard(sender)
+        return data
+
+    def close(self) -> None:
+        self._socket.close()
+
+    def _transmit(self, data: bytes) -> None:
+        self._socket.send(data)
+
+    def _heard(self, sender: tuple) -> None:
+        """Take note of who sent the last datagram."""
+
+
+class UdpInTransport(_Udp):
+    """Listens on an address and answers whoever was heard last."""
+
+    def __init__(self, link: str, family: int, address: tuple) -> None:
+        super().__init__(link, family)
+        self._peer: tuple | None = None
+        try:
+            self._socket.bind(address)
+        except OSError as error:
+            self._socket.close()
+            hint = error.strerror
+            if error.errno == errno.EADDRINUSE:
+                hint = "another program listens there: stop it, or give another --link"
+            raise LinkError(f"link {link}: cannot listen on port {address[1]}: {hint}") from None
+
+    def _transmit(self, data: bytes) -> None:
+        if self._peer is not None:
+            self._socket.sendto(data, self._peer)
+
+    def _heard(self, sender: tuple) -> None:
+        self._peer = sender
+
+
+class UdpOutTransport(_Udp):
+    """Sends to an address and hears whatever comes back from it."""
+
+    def __init__(self, link: str, family: int, address: tuple) -> None:
+        super().__init__(link, family)
+        try:
+            self._socket.connect(address)
+        except OSError as error:
+            self._socket.close()
+            raise LinkError(f"link {link}: cannot send there: {error.strerror}") from None
+
+
+class SerialTransport:
+    """A serial port, 8N1, held for this program alone."""
+
+    def __init__(self, link: str, device: str, baud: int) -> None:
+        self._link = link
+        try:
+            self._port = serial.Serial(device, baud, write_timeout=1.0, exclusive=True)
+        except (OSError, ValueError) as error:
+            raise LinkError(f"link {link}: {_why_not_opened(device, error)}") from None
+
+    def send(self, data: bytes) -> None:
+        try:
+            self._port.write(data)
+        except serial.SerialTimeoutException:
+            pass  # the port takes nothing for now: as good as lost on the way
+        except OSError as error:
+            raise LinkError(f"link {self._link}: the port is gone ({error})") from None
+
+    def receive(self, timeout_s: float) -> bytes:
+        try:
+            self._port.timeout = max(timeout_s, 0.0)
+            first = self._port.read(1)
+            return first + self._port.read(self._port.in_waiting) if first else b""
+        except OSError as error:
+            raise LinkError(f"link {self._link}: the port is gone ({error})") from None
+
+    def close(self) -> None:
+        self._port.close()
+
+
+def open_transport(link: str) -> Transport:
+    """Open the link that `link` names: udpin:HOST:PORT, udpout:HOST:PORT or serial:DEVICE:BAUD.
+
+    Raises:
+        LinkError: the text is none of these, or the port, host or device cannot be had.
+    """
+    kind, _, rest = link.partition(":")
+    place, _, number = rest.rpartition(":")
+    if kind not in ("udpin", "udpout", "serial") or not place or not number:
+        raise LinkError(f"link {link!r}: should be {_FORMS}, such as udpin:127.0.0.1:14550")
+    what, greatest = ("baud rate", 10_000_000) if kind == "serial" else ("port", 65535)
+    if not number.isascii() or not number.isdigit() or not 1 <= int(number) <= greatest:
+        raise LinkError(f"link {link!r}: {number!r} is no {what}: should be a number from 1 to {greatest}")
+    if kind == "serial":
+        return SerialTransport(link, place, int(number))
+    family, address = _resolve(link, place.strip("[]"), int(number))
+    return (UdpInTransport if kind == "udpin" else UdpOutTransport)(link, family, address)
+
+
+def _resolve(link: str, host: str, port: int) -> tuple[int, tuple]:
+    try:
+        family, _, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]
+    except (OSError, UnicodeError):
+        raise LinkError(f"link {link!r}: no host {host!r} is known: should be a name or an address") from None
+    return family, address
+
+
+def _why_not_opened(device: str, error: Exception) -> str:
+    from serial.tools import list_ports  # noqa: PLC0415  (looks through the system's devices; only for this message)
+
+    number = error.errno if isinstance(error, OSError) else None
+    if number == errno.EACCES:
+        return f"no permission to open {device}: join the group that owns it (often 'dialout')"
+    if number in (errno.EAGAIN, errno.EBUSY):
+        return f"{device} is in use by another program"
+    reason = "no such device" if number == errno.ENOENT else f"cannot open {device}: {error}"
+    found = ", ".join(sorted(port.device for port in list_ports.comports())) or "none"
+    return f"{reason}; serial ports here: {found}"

@@ -1,0 +1,157 @@
+"""What an operator does with kite-ground, from the arguments to the real firmware, on a good link in simulated time."""
+
+import argparse
+import json
+import subprocess
+import sys
+import sysconfig
+from pathlib import Path
+
+import pytest
+
+from analysis.delay import optimal_gain, stability_limit
+from analysis.tlog import read_tlog
+from ground import monitor_view
+from ground.cli import build_parser
+from ground.cli_options import DEFAULTS
+from ground.errors import GroundError, UsageError, VehicleError
+from ground.recorder import Recorder
+from ground.session import Session
+from ground.terminal import tell
+from protocol.parameter_table import float32, load_parameters
+
+
+class Operator:
+    """Runs command lines against one simulated kite; `said` is what the last one printed."""
+
+    def __init__(self, kite, capsys) -> None:
+        self.kite = kite
+        self._capsys = capsys
+        self.said = ""
+        self.remarked = ""
+
+    def connect(self) -> Session:
+        session = Session(self.kite.transport, self.kite.clock, "simulated", tell)
+        session.find_vehicle(10.0)
+        return session
+
+    def runs(self, *arguments: object) -> int:
+        args = build_parser().parse_args([str(word) for word in arguments], argparse.Namespace(**DEFAULTS))
+        try:
+            return args.run(args, self.connect)
+        finally:
+            self.said, self.remarked = self._capsys.readouterr()
+
+    def is_told(self, kind: type[GroundError], said: str, *arguments: object) -> None:
+        with pytest.raises(kind, match=said):
+            self.runs(*arguments)
+
+
+@pytest.fixture
+def operator(simulated_kite, capsys) -> Operator:
+    return Operator(simulated_kite(loss=0.0, round_trip_s=0.1), capsys)
+
+
+def test_look_change_save_and_go_back(operator, tmp_path):
+    """Look at a gain, save all, change two, see the difference, and load the file to be back where it began."""
+    before = tmp_path / "before.param"
+    assert operator.runs("param", "get", "outer_l", "--json") == 0
+    assert json.loads(operator.said)["value"] == 5.0
+    assert operator.runs("param", "save", before) == 0
+    assert f"{len(load_parameters())} parameters written" in operator.said
+    operator.is_told(UsageError, "is there already", "param", "save", before)
+    assert operator.runs("param", "set", "OUTER_L", "6.1") == 0
+    assert operator.said == "OUTER_L = 6.1, acknowledged by the vehicle\n"
+    assert operator.runs("param", "set", "EIGHT_AZIMUTH", "-5") == 0
+    assert operator.runs("param", "show", "--changed", "--json") == 0
+    assert {name: facts["value"] for name, facts in json.loads(operator.said).items()} == {
+        "OUTER_L": 6.1, "EIGHT_AZIMUTH": -5.0}
+    assert operator.runs("param", "diff", before) == 0
+    assert [line.split() for line in operator.said.splitlines()[1:]] == [
+        ["OUTER_L", "6.1", "5"], ["EIGHT_AZIMUTH", "-5", "0"]]
+    assert operator.kite.firmware_parameter("OUTER_L") == float32(6.1)
+    assert operator.runs("param", "load", before, "--yes") == 0
+    assert operator.said.count("acknowledged") == 2
+    assert operator.kite.firmware_parameter("OUTER_L") == 5.0
+    assert operator.kite.firmware_parameter("EIGHT_AZIMUTH") == 0.0
+    assert operator.runs("param", "load", before, "--yes") == 0
+    assert operator.said.endswith("nothing to set\n")
+
+
+def test_a_load_sends_nothing_unasked_and_nothing_unknown(operator, tmp_path, monkeypatch):
+    path = tmp_path / "new.param"
+    path.write_text("INNER_P,2.5\nOUTER_LL,6\n")
+    operator.is_told(UsageError, r"new.param:2: the vehicle has no parameter OUTER_LL; did you mean OUTER_L\?",
+                     "param", "load", path, "--yes")
+    path.write_text("INNER_P,2.5\nTABLE_VERSION,9\n")
+    with path.with_name("answer").open("w+") as answer:
+        monkeypatch.setattr(sys, "stdin", answer)
+        answer.write("n\n")
+        answer.seek(0)
+        assert operator.runs("param", "load", path) == 0
+        assert "nothing was set" in operator.said and operator.kite.firmware_parameter("INNER_P") == 1.5
+        answer.seek(0)
+        answer.write("y\n")
+        answer.seek(0)
+        assert operator.runs("param", "load", path) == 0
+    assert "TABLE_VERSION is read only" in operator.remarked
+    assert operator.kite.firmware_parameter("INNER_P") == 2.5
+    assert operator.kite.firmware_parameter("TABLE_VERSION") == load_parameters()["TABLE_VERSION"].default
+
+
+def test_tune_for_a_delay(operator):
+    assert operator.runs("tune", "--delay", "0.2", "--json") == 0
+    advice = json.loads(operator.said)
+    assert (advice["present"], advice["written"], advice["loop_delay_s"]) == (1.5, False, pytest.approx(0.21))
+    assert [advice[key] for key in ("limit", "optimum", "sampled_limit", "sampled_optimum")] == pytest.approx(
+        [stability_limit(0.2), optimal_gain(0.2), stability_limit(0.21), optimal_gain(0.21)])
+    assert operator.kite.firmware_parameter("INNER_P") == 1.5
+    assert operator.runs("tune", "--delay", "0.2", "--yes") == 0
+    assert operator.kite.firmware_parameter("INNER_P") == float32(optimal_gain(0.2))
+    for number in ("0.21 s", "7.854", "7.48", "1.839", "1.752", "acknowledged by the vehicle"):
+        assert number in operator.said
+    assert operator.runs("param", "set", "INNER_P", "7.6") == 0
+    assert operator.runs("tune", "--delay", "0.2", "--json") == 0
+    assert json.loads(operator.said)["verdict"] == "UNSTABLE: beyond the limit once sampling is counted"
+    operator.is_told(UsageError, "unstable at 10 Hz", "tune", "--delay", "0.002", "--loop-hz", "10", "--yes")
+    operator.is_told(VehicleError, "outside 0 to 50", "tune", "--delay", "0.005", "--loop-hz", "200", "--yes")
+    assert operator.kite.firmware_parameter("INNER_P") == float32(7.6)
+
+
+def test_arm_fly_watch_and_disarm(operator):
+    operator.is_told(VehicleError, "mode TRACK: refused by the vehicle", "mode", "track")
+    assert operator.runs("arm") == 0
+    assert operator.said == "mode PARK, armed\n"
+    assert operator.runs("mode", "track") == 0
+    assert operator.runs("monitor", "--duration", "3") == 0
+    lines = [line for line in operator.said.splitlines() if "mode=" in line]
+    assert len(lines) == 3
+    for key in ("mode=TRACK", "armed=yes", "cross_track_deg=", "turning_angle_deg=", "target_deg=", "loss=0.000"):
+        assert key in lines[-1]
+    with operator.connect() as session:
+        session.connection.wait_until(lambda: False, 2.0)
+        shown = "\n".join(monitor_view.table(session.state, session.connection, session.link))
+    for word in ("TRACK", "ARMED", "cross-track", "turning angle", "target", "airspeed", "overruns", "samples dropped",
+                 "messages/s", "round trip 1", "last message"):
+        assert word in shown
+    assert operator.runs("disarm") == 0
+    assert operator.runs("mode") == 0
+    assert operator.said == "mode STANDBY, disarmed\n"
+
+
+def test_a_recording_is_what_came_in(operator, tmp_path):
+    path = tmp_path / "flight.tlog"
+    heard = []
+    with operator.connect() as session:
+        session.connection.add_observer(lambda time_s, message, frame: heard.append(frame), everyone=True)
+        with Recorder(session.connection, path, epoch_offset_s=1.7e9):
+            session.connection.wait_until(lambda: False, 5.0)
+    records = list(read_tlog(path))
+    assert [frame for _, frame in records] == heard and len(heard) > 100
+    assert 4.8e6 < records[-1][0] - records[0][0] < 5.2e6
+    with pytest.raises(UsageError, match="is there already"):
+        Recorder(session.connection, path, 0.0)
+    tool = Path(sysconfig.get_path("scripts")) / "mavlogdump.py"
+    dump = subprocess.run([sys.executable, str(tool), "--types", "HEARTBEAT", str(path)],
+                          capture_output=True, text=True, check=True).stdout
+    assert dump.count("HEARTBEAT") in (4, 5, 6) and "type : 17" in dump

@@ -1,0 +1,104 @@
+"""The transports over real sockets and a real pseudo-terminal."""
+
+import os
+import socket
+from contextlib import closing
+
+import pytest
+
+from ground.transport import LinkError, open_transport
+
+HOST = "127.0.0.1"
+LONG_S = 30.0  # never waited for where things work
+
+
+@pytest.fixture
+def vehicle():
+    """A plain UDP socket on a port of its own."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as plain:
+        plain.bind((HOST, 0))
+        plain.settimeout(LONG_S)
+        yield plain
+
+
+def free_port() -> int:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as plain:
+        plain.bind((HOST, 0))
+        return plain.getsockname()[1]
+
+
+def test_udpin_answers_whoever_was_heard_last(vehicle):
+    port = free_port()
+    with closing(open_transport(f"udpin:{HOST}:{port}")) as transport:
+        transport.send(b"to nobody")
+        assert transport.receive(0.0) == b""
+        vehicle.sendto(b"first", (HOST, port))
+        assert transport.receive(LONG_S) == b"first"
+        transport.send(b"answer")
+        assert vehicle.recv(100) == b"answer"
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+            other.settimeout(LONG_S)
+            other.sendto(b"second", (HOST, port))
+            assert transport.receive(LONG_S) == b"second"
+            transport.send(b"to the other")
+            assert other.recv(100) == b"to the other"
+
+
+def test_udpout_calls_and_hears_the_answer(vehicle):
+    with closing(open_transport(f"udpout:{HOST}:{vehicle.getsockname()[1]}")) as transport:
+        transport.send(b"hello")
+        data, caller = vehicle.recvfrom(100)
+        vehicle.sendto(b"answer", caller)
+        assert (data, transport.receive(LONG_S)) == (b"hello", b"answer")
+
+
+def test_udpout_to_a_port_where_nobody_listens_just_hears_nothing():
+    with closing(open_transport(f"udpout:{HOST}:{free_port()}")) as transport:
+        for _ in range(3):
+            transport.send(b"anybody there?")
+            assert transport.receive(0.01) == b""
+
+
+def test_a_serial_port_carries_bytes_both_ways_and_says_when_it_is_gone():
+    board, port = os.openpty()
+    link = f"serial:{os.ttyname(port)}:57600"
+    transport = open_transport(link)
+    assert transport.receive(0.0) == b""
+    os.write(board, bytes(range(256)))
+    received = b""
+    while len(received) < 256:
+        received += transport.receive(LONG_S)
+    assert received == bytes(range(256))
+    transport.send(b"\x00\x11\x13\r\n\xfd")
+    assert os.read(board, 100) == b"\x00\x11\x13\r\n\xfd"
+    with pytest.raises(LinkError, match="in use by another program"):
+        open_transport(link)
+    os.close(port)
+    os.close(board)
+    with pytest.raises(LinkError, match=f"^link {link}: the port is gone"):
+        transport.receive(LONG_S)
+    transport.close()
+
+
+def test_a_port_that_is_taken_is_named(vehicle):
+    port = vehicle.getsockname()[1]
+    with pytest.raises(LinkError, match=f"port {port}: another program listens there"):
+        open_transport(f"udpin:{HOST}:{port}")
+
+
+@pytest.mark.parametrize(("link", "said"), [
+    ("", "should be udpin:HOST:PORT, udpout:HOST:PORT or serial:DEVICE:BAUD"),
+    ("udp:127.0.0.1:14550", "should be udpin"),
+    ("udpin:127.0.0.1", "should be udpin"),
+    ("udpin:127.0.0.1:http", "'http' is no port: should be a number from 1 to 65535"),
+    ("udpout:127.0.0.1:70000", "'70000' is no port"),
+    ("udpin:127.0.0.1:0", "'0' is no port"),
+    ("udpin:no.such.host.invalid:14550", "no host 'no.such.host.invalid' is known"),
+    ("udpin:192.0.2.1:14550", "cannot listen on port 14550"),
+    ("serial:/dev/ttyS0:fast", "'fast' is no baud rate"),
+    ("serial:/dev/no_such_port:57600", "no such device; serial ports here: "),
+])  # fmt: skip
+def test_a_link_that_cannot_be_is_answered_in_one_line(link, said):
+    with pytest.raises(LinkError) as caught:
+        open_transport(link)
+    assert said in str(caught.value) and link in str(caught.value) and "\n" not in str(caught.value)
