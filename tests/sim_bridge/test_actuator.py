@@ -1,0 +1,72 @@
+"""The steering actuator against closed forms."""
+
+import math
+
+import pytest
+
+from sim_bridge.actuator import Actuator
+from sim_bridge.scenario import Scenario
+
+
+def actuator(**settings):
+    scenario = Scenario("test")
+    for key, value in settings.items():
+        scenario.set(f"actuator.{key}", value, "test")
+    return Actuator(scenario)
+
+
+def after(part, seconds, step=0.01):
+    """Position after `seconds`, in steps as a flight takes them."""
+    now = 0.0
+    while now < seconds - 1e-12:
+        part.apply_due(now + 1e-12)
+        until = min(seconds, now + step, max(now + 1e-9, part.next_change()))
+        part.advance(until - now)
+        now = until
+    part.apply_due(seconds + 1e-12)
+    return part.position
+
+
+def test_ideal_follows_at_once():
+    part = actuator()
+    part.command(0.0, 0.7)
+    assert after(part, 0.001) == 0.7
+
+
+def test_dead_time_is_exact():
+    part = actuator(dead_time_s=0.5)
+    part.command(0.0, 1.0)
+    part.apply_due(0.4999)
+    assert part.position == 0.0
+    part.apply_due(0.5)
+    assert part.position == 1.0
+
+
+def test_saturation_holds_to_both_sides():
+    for asked, felt in ((2.0, 0.4), (-2.0, -0.4), (0.39, 0.39)):
+        part = actuator(saturation=0.4)
+        part.command(0.0, asked)
+        assert after(part, 0.1) == felt
+
+
+def test_rate_limit_is_a_ramp_that_arrives_and_stays():
+    part = actuator(rate_limit_per_s=0.2)
+    part.command(0.0, 0.3)
+    assert after(part, 1.0) == pytest.approx(0.2)
+    assert after(part, 1.0) == pytest.approx(0.3)
+
+
+def test_lag_is_an_exponential_whatever_the_step():
+    for step in (0.001, 0.02, 0.5):
+        part = actuator(lag_s=0.4)
+        part.command(0.0, 1.0)
+        assert after(part, 1.0, step) == pytest.approx(1.0 - math.exp(-1.0 / 0.4))
+
+
+def test_lag_behind_a_rate_limit_ramps_first_and_then_settles():
+    """Ramp until the error is rate * lag, then an exponential; the sum is exact for any step."""
+    for step in (0.001, 0.03, 2.0):
+        part = actuator(rate_limit_per_s=0.5, lag_s=0.2)
+        part.command(0.0, 1.0)
+        ramp_s = (1.0 - 0.1) / 0.5
+        assert after(part, 2.3, step) == pytest.approx(1.0 - 0.1 * math.exp(-(2.3 - ramp_s) / 0.2))
