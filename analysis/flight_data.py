@@ -74,7 +74,7 @@ def read_flight(path: Path) -> FlightData:
             missing = [column for column, _ in _COLUMNS.values() if column not in (reader.fieldnames or [])]
             if missing:
                 raise FlightDataError(f"{path}: column {missing[0]} is missing (and {len(missing) - 1} more)"
-                                      if len(missing) > 1 else f"{path}: column {missing[0]} is missing")  # fmt: skip
+                                      if len(missing) > 1 else f"{path}: column {missing[0]} is missing")
             columns = _numbers(reader, path)
     except (OSError, EOFError, UnicodeDecodeError, csv.Error) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)

@@ -50,7 +50,7 @@ def draw_trajectory(axes: Any, track: Track, eight: TargetEight) -> None:
 
 
 def draw_turning_angle(axes: Any, time_s: Array, course: Array, target: Array, labels: tuple[str, str] | None = None
-                       ) -> None:  # fmt: skip
+                       ) -> None:
     """Turning angle (solid) with target (dashed) over time, both without jumps where they wrap."""
     unwrapped = np.unwrap(course)
     nearest = unwrapped + wrap(target - unwrapped)

@@ -49,7 +49,7 @@ class TargetEight(NamedTuple):
             return float(np.radians(value(name)))
 
         return cls(radians("EIGHT_AZIMUTH"), radians("EIGHT_ELEVATION"), radians("EIGHT_HALF_W"),
-                   radians("EIGHT_HALF_H"), value("EIGHT_DIRECTION"))  # fmt: skip
+                   radians("EIGHT_HALF_H"), value("EIGHT_DIRECTION"))
 
     def angles(self, s: Array) -> tuple[Array, Array]:
         """Azimuth and elevation [rad] at path parameters `s`."""

@@ -40,7 +40,7 @@ class Autopilot:
         self.steering = Steering()
         self.telemetry = Telemetry(link, self)
         self.modes = ModeMachine(self.parameters, self.curve, self.kite, self.telemetry.say)
-        self.requests = Requests(self.parameters, self.modes, self.kite, self.curve, link, self.telemetry.say)
+        self.requests = Requests(self.parameters, self.modes, link, self.telemetry.say)
         self.target_course = 0.0
         self.target_override = None
         self.period_us = 20000
@@ -94,7 +94,7 @@ class Autopilot:
             self.guidance.scan(kite.frame, kite.course)
         if mode != KITE_MODE_TRACK or self.modes.stale:
             self.guidance.stop()
-        elif fresh:
+        elif fresh or not self.guidance.running:
             self.guidance.step(kite.frame, kite.interval)
         if self.modes.stale or mode == KITE_MODE_STANDBY:
             self.target_course = kite.course
@@ -108,5 +108,5 @@ class Autopilot:
         else:
             self.target_course, rate = self.target_override or (
                 self.guidance.target_course, self.guidance.target_rate,
-            )  # fmt: skip
+            )
             self.steering.follow(self.target_course, rate, kite, dt)

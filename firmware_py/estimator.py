@@ -79,6 +79,7 @@ class Estimator:
         self.coasting = False
         self.dropped = 0
         self._heard = False
+        self._stale = True
         self._arrival = 0
         self._history = [(0, 0.0, 0.0, 0.0)] * _HISTORY  # (time, x, y, z), a ring
         self._count = 0
@@ -92,8 +93,10 @@ class Estimator:
         return ticks_diff(now, self._arrival) if self._heard else None
 
     def is_stale(self, now):
-        """True when there is no sample that is fresh enough to steer by."""
-        return not self._heard or ticks_diff(now, self._arrival) > self.config.stale_us
+        """True when there is no sample that is fresh enough to steer by. Asked each tick: the clock wraps."""
+        if ticks_diff(now, self._arrival) > self.config.stale_us:
+            self._stale = True
+        return self._stale
 
     def take(self, sample, now, asked):
         """Use `sample` (values of KITE_SENSORS) at `now`; `asked` is the steering last asked for.
@@ -109,6 +112,7 @@ class Estimator:
             self._count = self._oldest = 0
             self._turning = 0.0
         self._heard = True
+        self._stale = False
         self._arrival = now
         self.sample_time = sample[0]
         self.interval = interval
@@ -163,6 +167,7 @@ class Estimator:
 
     def _update_course(self, measured, fresh_start):
         """Turning angle from the source that the parameter names and the sample has."""
+        self._measure_chord()
         source = self.config.course_source
         if source == 0.0:
             source = _FROM_COURSE if self.valid & KITE_VALID_COURSE else _FROM_POSITIONS
@@ -170,7 +175,6 @@ class Estimator:
             self.coasting = False
             self.course = self.heading
             return
-        self._measure_chord()
         self.coasting = self.speed < self.config.speed_min and not fresh_start
         if source == _FROM_COURSE and self.valid & KITE_VALID_COURSE and not self.coasting:
             self.course = measured
@@ -205,7 +209,7 @@ class Estimator:
         across = self.frame.across(x, y)
         length = sqrt(up * up + across * across)
         self.speed = length * self.distance / span
-        chord = atan2(-across, -up)
+        chord = atan2(-across, -up) if length > 0.0 else self._chord
         if self._count > 2 and length > 0.0:
             rate = wrap(chord - self._chord) / self.interval
             self._turning += (rate - self._turning) * self.interval / (self.interval + self.config.course_window)

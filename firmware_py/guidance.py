@@ -39,7 +39,7 @@ class Guidance:
         self.target_course = 0.0
         self.target_rate = 0.0  # [rad/s]
         self.cross_track = 0.0
-        self._running = False
+        self.running = False  # True while a strand is followed
         self._scan_index = 0
         self._scan_best = -9.0
         self._scan_best_s = 0.0
@@ -47,7 +47,7 @@ class Guidance:
 
     def stop(self):
         """Forget the strand: the next step picks the best one anew."""
-        self._running = False
+        self.running = False
         self.target_rate = 0.0
 
     def scan(self, frame, course):
@@ -68,7 +68,7 @@ class Guidance:
 
     def step(self, frame, dt):
         """Update the target for the kite at `frame`, `dt` [s] after the step before."""
-        fresh = not self._running
+        fresh = not self.running
         if fresh and self._candidate is not None:
             self.path_parameter = self._candidate
         point = self._nearest(frame)
@@ -76,7 +76,7 @@ class Guidance:
             fresh = True
             self.path_parameter = self._candidate
             point = self._nearest(frame)
-        self._running = True
+        self.running = True
         before = self.target_course
         self._aim(frame, point)
         if fresh or dt <= 0.0:

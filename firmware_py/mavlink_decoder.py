@@ -62,13 +62,13 @@ class Decoder:
             marker = buffer[self._start]
             if marker in (_V2, _V1):
                 size = self._frame_size(marker)
-                if size > self._end - self._start or not size:
+                if not size or abs(size) > self._end - self._start:
                     if not whole:
                         return False
                 elif size > 0 and self._accept(marker, size):
                     self._start += size
                     return True
-                elif size < 0 and self._skip_unknown(-size):
+                elif size < 0 and self._skip_unknown(marker, -size):
                     continue
             self._start += 1
         return False
@@ -91,14 +91,13 @@ class Decoder:
                 return -size  # needs a feature that we do not have
         return size if message in MESSAGES else -size
 
-    def _skip_unknown(self, size):
+    def _skip_unknown(self, marker, size):
         """Step over a frame of an unknown message if what follows it looks like a frame, or like the end."""
         behind = self._start + size
-        if behind > self._end:
-            return False
         if behind < self._end and self._buffer[behind] not in (_V2, _V1):
             return False
         self.unknown += 1
+        self._follow_sequence(self._start + (4 if marker == _V2 else 2), False)
         self._start = behind
         return True
 
@@ -109,11 +108,11 @@ class Decoder:
         length = buffer[start + 1]
         if marker == _V1:
             message = buffer[start + 5]
-            sender = start + 3
+            sequence = start + 2
             payload = start + 6
         else:
             message = buffer[start + 7] | buffer[start + 8] << 8 | buffer[start + 9] << 16
-            sender = start + 5
+            sequence = start + 4
             payload = start + 10
         layout, extra, full_length, _ = MESSAGES[message]
         end = payload + length
@@ -121,9 +120,9 @@ class Decoder:
             self.bad_crc += 1
             return False
         self.message = message
-        self.system = buffer[sender]
-        self.component = buffer[sender + 1]
-        self._follow_sequence(buffer[sender - 1])
+        self.system = buffer[sequence + 1]
+        self.component = buffer[sequence + 2]
+        self._follow_sequence(sequence, True)
         if length >= full_length:
             self.values = struct.unpack_from(layout, buffer, payload)
         else:  # trailing zeros were not sent
@@ -133,12 +132,20 @@ class Decoder:
         self.frames += 1
         return True
 
-    def _follow_sequence(self, sequence):
-        """Count the frames that are missing before this one of the same sender."""
-        sender = self.system << 8 | self.component
+    def _follow_sequence(self, at, is_checked):
+        """Count the frames missing before the one whose sequence number, system and component lie at `at`.
+
+        Only a frame whose checksum was checked may bring in a new sender.
+        """
+        buffer = self._buffer
+        sequence = buffer[at]
+        sender = buffer[at + 1] << 8 | buffer[at + 2]
         expected = self._next_sequence.get(sender)
-        if expected is not None:
-            self.lost += (sequence - expected) & 0xFF
-        elif len(self._next_sequence) >= _PEERS:
-            return
-        self._next_sequence[sender] = (sequence + 1) & 0xFF
+        if expected is None:
+            if not is_checked or len(self._next_sequence) >= _PEERS:
+                return
+            expected = sequence
+        missing = (sequence - expected) & 0xFF
+        if missing < 128:  # else it is a copy, or came late
+            self.lost += missing
+            self._next_sequence[sender] = (sequence + 1) & 0xFF

@@ -7,11 +7,12 @@ from .generated_messages import (
     KITE_MODE_PARK,
     KITE_MODE_STANDBY,
     KITE_MODE_TRACK,
+    KITE_VALID_DISTANCE,
     MAV_SEVERITY_CRITICAL,
     MAV_SEVERITY_INFO,
     MAV_SEVERITY_WARNING,
 )
-from .generated_parameters import GCS_LOST_TIME, MANUAL_TIME, PARK_ELEVATION, RESUME_TRACK
+from .generated_parameters import GCS_LOST_TIME, LINE_LENGTH, MANUAL_TIME, PARK_ELEVATION, RESUME_TRACK
 from .target_curve import problem_with_curve
 from .ticks import ticks_diff
 
@@ -82,8 +83,14 @@ class ModeMachine:
 
     def curve_problem(self):
         """Why the target curve cannot be flown on the present line, or None."""
-        line_length = self._kite.distance or self._kite.config.line_length
-        return problem_with_curve(self._curve, self._values, line_length)
+        self._curve.load(self._values)  # a parameter may have been set since the tick began
+        return self.problem_with(self._curve, self._values)
+
+    def problem_with(self, curve, values):
+        """Why `curve` cannot be flown with these parameters' `values` on the present line, or None."""
+        kite = self._kite
+        measured = kite.valid & KITE_VALID_DISTANCE
+        return problem_with_curve(curve, values, kite.distance if measured else values[LINE_LENGTH])
 
     def hear_station(self, now):
         """A ground station's heartbeat arrived."""
@@ -108,7 +115,7 @@ class ModeMachine:
         ):
             self._park("ground station silent")
             self._station_heard = False
-        elif self.mode == KITE_MODE_TRACK and self._kite.elevation < radians(values[PARK_ELEVATION]):
+        elif self.mode == KITE_MODE_TRACK and self._too_low(values[PARK_ELEVATION]):
             self._park("too low")
 
     def _watch_samples(self, now):
@@ -127,6 +134,9 @@ class ModeMachine:
                 self._manual_time = now
                 self._enter(back, "samples fresh again")
         self._was_missing = missing
+
+    def _too_low(self, least_deg):
+        return least_deg and self._kite.elevation < radians(least_deg)
 
     def _silent(self, since, limit_s, now):
         return ticks_diff(now, since) > int(limit_s * 1e6)

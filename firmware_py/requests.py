@@ -31,7 +31,7 @@ from .generated_messages import (
 )
 from .generated_parameters import PARAMETERS, SYSTEM_ID
 from .parameters import UNKNOWN
-from .target_curve import FigureEight, problem_with_curve
+from .target_curve import FigureEight
 
 FIRMWARE_VERSION = (0, 1, 0)
 _PER_TICK = 8  # requests answered in one tick
@@ -43,11 +43,9 @@ _NOTHING_TO_LIST = 65535
 class Requests:
     """Handlers by message. `send(message, values)` answers; `say(severity, text)` tells the operator why."""
 
-    def __init__(self, parameters, modes, kite, curve, link, say):
+    def __init__(self, parameters, modes, link, say):
         self._parameters = parameters
         self._modes = modes
-        self._kite = kite
-        self._curve = curve
         self._tried = FigureEight()
         self._link = link
         self._say = say
@@ -127,7 +125,7 @@ class Requests:
         values = list(before)
         values[index] = value
         self._tried.load(values)
-        return problem_with_curve(self._tried, values, self._kite.distance)
+        return self._modes.problem_with(self._tried, values)
 
     def _send_parameter(self, index):
         parameters = self._parameters

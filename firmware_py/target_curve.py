@@ -18,6 +18,7 @@ from .generated_parameters import (
 )
 
 _CHECKED_POINTS = 48
+_LEAST_TURNING = 1e-6  # turning per distance flown [rad/rad] of a kite that hardly steers at all
 
 
 class FigureEight:
@@ -99,7 +100,7 @@ def problem_with_curve(curve, values, line_length):
     for index in range(_CHECKED_POINTS):
         if curve.at(2.0 * pi * index / _CHECKED_POINTS)[0] < window:
             return "eight leaves the wind window of %.0f deg" % values[WINDOW_ANGLE]
-    possible = 1.0 / (line_length * values[TURN_K] * values[STEER_MAX])
+    possible = 1.0 / max(_LEAST_TURNING, line_length * values[TURN_K] * values[STEER_MAX])
     tightest = tightest_turn(curve)
     if tightest < possible:
         return "eight turns in %.1f deg, kite only in %.1f" % (degrees(tightest), degrees(possible))

@@ -26,6 +26,7 @@ _SECOND = 1000000
 _TEXTS = 8  # texts kept until they can be sent
 _GEOFENCE = 1 << 20  # reported healthy: a ground station otherwise warns of a breach
 _U16 = 65535
+_SLOWEST_HZ = 0.0078125  # a beat must be shorter than half the wrap of the clock
 
 
 class Telemetry:
@@ -56,12 +57,15 @@ class Telemetry:
             self._link.send(STATUSTEXT, self._texts.pop(0))
         values = self._autopilot.parameters.values
         kite = self._autopilot.kite
-        if kite.age_us(now) is None:
-            return
-        if values[STATE_HZ] and ticks_diff(now, self._state_due) >= 0:
+        heard = kite.age_us(now) is not None
+        if not heard or not values[STATE_HZ]:
+            self._state_due = now
+        elif ticks_diff(now, self._state_due) >= 0:
             self._state_due = _next_due(self._state_due, values[STATE_HZ], now)
             self._send_state(now)
-        if values[POSITION_HZ] and ticks_diff(now, self._position_due) >= 0:
+        if not heard or not values[POSITION_HZ]:
+            self._position_due = now
+        elif ticks_diff(now, self._position_due) >= 0:
             self._position_due = _next_due(self._position_due, values[POSITION_HZ], now)
             self._send_position(kite, uptime_us)
 
@@ -100,7 +104,7 @@ class Telemetry:
                 min(autopilot.tick_us, _U16), min(autopilot.tick_worst_us, _U16), min(kite.dropped, _U16),
                 autopilot.modes.mode,
             ),
-        )  # fmt: skip
+        )
 
     def _send_position(self, kite, uptime_us):
         """Position and velocity [m, m/s] in the wire's frame: x, -y, -z of the wind frame."""
@@ -113,11 +117,11 @@ class Telemetry:
                 uptime_us // 1000, kite.distance * frame.x, -kite.distance * frame.y, -kite.distance * frame.z,
                 up * frame.e1x + across * frame.e2x, -up * frame.e1y - across * frame.e2y, -up * frame.e1z,
             ),
-        )  # fmt: skip
+        )
 
 
 def _next_due(due, rate_hz, now):
     """When to send next, keeping the beat, unless more than a beat was missed."""
-    period = int(_SECOND / rate_hz)
+    period = int(_SECOND / max(rate_hz, _SLOWEST_HZ))
     due = ticks_add(due, period)
     return due if ticks_diff(now, due) < 0 else ticks_add(now, period // 2)

@@ -50,4 +50,4 @@ def bench(duration_s: float) -> dict[str, Any]:
         "real_time_factor": max(factors), "real_time_factor_least": min(factors),
         "firmware_tick_us": 1e6 * tick.total_s / tick.calls, "plant_step_us": 1e6 * step.total_s / step.calls,
         "python": platform.python_version(), "machine": platform.machine(),
-    }  # fmt: skip
+    }

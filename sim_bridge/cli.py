@@ -28,7 +28,7 @@ def _speed(text: str) -> float:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="kite-sitl", description="Fly simulated kites with the real firmware.",
-        epilog="Start with: kite-sitl run paper-delay-tuned --plot")  # fmt: skip
+        epilog="Start with: kite-sitl run paper-delay-tuned --plot")
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="COMMAND")
 
     listing = verbs.add_parser("list", help="the scenarios that come with kitepilot")
@@ -75,13 +75,13 @@ def _add_run(verbs: Any) -> None:
         "  kite-sitl run v3-flight --runtime cpython --speed 1 --ground --status --forever")
     run.add_argument("scenario", metavar="NAME", help="a scenario of `kite-sitl list`, or a .toml file")
     run.add_argument("--set", action="append", default=[], metavar="section.key=value",
-                     help="change a key of the scenario (see `kite-sitl keys`)")  # fmt: skip
+                     help="change a key of the scenario (see `kite-sitl keys`)")
     run.add_argument("--param", action="append", default=[], metavar="NAME=value", help="change a firmware parameter")
     run.add_argument("--runtime", choices=RUNTIMES, default="inproc",
                      help="where the firmware runs: in this process, or in one of its own (default: inproc)")
     run.add_argument("--speed", type=_speed, default=float("inf"), metavar="max|N",
                      help="max: as fast as it goes, in lockstep; N: N times real time; "
-                     "1 with a process of its own: the firmware keeps its own time (default: max)")  # fmt: skip
+                     "1 with a process of its own: the firmware keeps its own time (default: max)")
     run.add_argument("--seed", type=int, help="seed of everything random (run.seed)")
     length = run.add_mutually_exclusive_group()
     length.add_argument("--duration", type=_positive, metavar="S", help="length of the flight (run.duration_s)")
@@ -91,7 +91,7 @@ def _add_run(verbs: Any) -> None:
     run.add_argument("--log", metavar="DIR", help="write the run log into this new folder")
     run.add_argument("--status", action="store_true", help="a status line each second of flight")
     run.add_argument("--plot", nargs="?", const="", metavar="FILE",
-                     help="plot the flight (default: NAME.png here, or in the run log's folder)")  # fmt: skip
+                     help="plot the flight (default: NAME.png here, or in the run log's folder)")
     run.add_argument("--json", action="store_true", help="print the result as JSON")
     run.set_defaults(do=commands.run)
 

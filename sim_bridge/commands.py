@@ -64,10 +64,10 @@ def run(options: Namespace) -> int:
     log = Path(options.log) if options.log else None
     if options.ground and not options.json:
         print(f"ground stations: the kite sends to udp {scenario['ground.send_to']} and listens on "
-              f"{scenario['ground.listen']}", flush=True)  # fmt: skip
+              f"{scenario['ground.listen']}", flush=True)
     result = run_scenario(scenario, RunOptions(
         options.runtime, options.speed, options.ground, options.forever, log,
-        _print_status if options.status else None), notice=notice)  # fmt: skip
+        _print_status if options.status else None), notice=notice)
     _report(result, options.json)
     if log and not options.json:
         again = "" if result.real_time else f"   (again: kite-sitl rerun {log})"
@@ -84,7 +84,7 @@ def rerun(options: Namespace) -> int:
     content, scenario, datagrams = read_run(folder)
     if content["real_time"]:
         raise ScenarioError(f"{folder}: flown in real time, which cannot be repeated to the bit; "
-                            "only runs in lockstep can")  # fmt: skip
+                            "only runs in lockstep can")
     scenario.set("run.duration_s", content["result"]["sim_s"], str(folder))
     period_s = 1.0 / scenario.parameter("LOOP_HZ")
     recorded = RecordedGround(datagrams, period_s) if datagrams else None
@@ -112,7 +112,7 @@ def paper(options: Namespace) -> int:
     print(f"\n{'scenario':20} {'verdict':10} {'cross-track rms':>16} {'turning angle rms':>18}")
     for row in rows:
         print(f"{row['scenario']:20} {row['verdict']:10} {row['cross_track_rms_rad']:12.4f} rad "
-              f"{row['turning_angle_rms_rad']:14.3f} rad")  # fmt: skip
+              f"{row['turning_angle_rms_rad']:14.3f} rad")
     print(f"seven figures and numbers.csv in {folder}")
     return 0
 
@@ -135,10 +135,10 @@ def replay(options: Namespace) -> int:
     eight = result.eight
     print(f"{path.name}: {numbers['reel_out_s']:.0f} s of reel-out")
     print(f"turning angle from positions, against the recorded course: {numbers['turning_angle_rms_deg']:.2f} deg RMS, "
-          f"bias {numbers['turning_angle_bias_deg']:+.2f} deg")  # fmt: skip
+          f"bias {numbers['turning_angle_bias_deg']:+.2f} deg")
     print(f"fitted eight: azimuth {math.degrees(eight.azimuth):+.1f} +- {math.degrees(eight.half_width):.1f} deg, "
           f"elevation {math.degrees(eight.elevation):.1f} +- {math.degrees(eight.half_height):.1f} deg, "
-          f"{'up' if eight.direction > 0 else 'down'} through the middle")  # fmt: skip
+          f"{'up' if eight.direction > 0 else 'down'} through the middle")
     print(f"plot: {numbers['plot']}")
     return 0
 
@@ -163,7 +163,7 @@ def _print_status(flight: Flight) -> None:
     warning = "  UNSTABLE: lower INNER_P" if turning > UNSTABLE_TURNING_ANGLE else ""
     print(f"{row['time_s']:6.0f} s  {mode:7}  cross-track {math.degrees(cross_track):5.2f} deg  "
           f"turning angle {math.degrees(turning):6.1f} deg (RMS of 10 s)  steering {row['steering']:+.3f}  "
-          f"overruns {flight.overruns}{warning}", flush=True)  # fmt: skip
+          f"overruns {flight.overruns}{warning}", flush=True)
 
 
 def _report(result: RunResult, as_json: bool) -> None:
@@ -173,7 +173,7 @@ def _report(result: RunResult, as_json: bool) -> None:
         return
     print(f"{numbers['scenario']}: {numbers['sim_s']:.1f} s flown in {numbers['wall_s']:.2f} s "
           f"({numbers['real_time_factor']:.3g} times real time), {numbers['runtime']}, seed {numbers['seed']}"
-          + (", interrupted" if result.interrupted else ""))  # fmt: skip
+          + (", interrupted" if result.interrupted else ""))
     if "verdict" not in numbers:
         print("ended before the flight began")
         return
@@ -181,7 +181,7 @@ def _report(result: RunResult, as_json: bool) -> None:
           f"{math.degrees(numbers['cross_track_max_rad']):.2f} deg at most; turning angle "
           f"{math.degrees(numbers['turning_angle_rms_rad']):.1f} deg RMS; steering {numbers['steering_rms']:.3f} RMS, "
           f"at its limit {100 * numbers['saturated_fraction']:.0f} % of the time; "
-          f"{numbers['ticks']} ticks, {numbers['overruns']} overruns")  # fmt: skip
+          f"{numbers['ticks']} ticks, {numbers['overruns']} overruns")
 
 
 def _save_flight(result: RunResult, path: Path) -> None:

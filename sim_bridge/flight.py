@@ -28,7 +28,7 @@ COLUMNS = (
     "time_s", "azimuth_rad", "elevation_rad", "course_rad", "heading_rad", "airspeed_m_s", "steering",
     "state_course_rad", "target_course_rad", "cross_track_rad", "path_parameter_rad", "steering_asked", "status",
     "mode",
-)  # fmt: skip
+)
 
 
 class TickRecord(NamedTuple):
@@ -50,7 +50,7 @@ class Flight:
     """
 
     def __init__(self, scenario: Scenario, runtime: Runtime, ground: GroundLink | None = None,
-                 stations: Any = None, watch: Callable[[TickRecord], None] | None = None):  # fmt: skip
+                 stations: Any = None, watch: Callable[[TickRecord], None] | None = None):
         self.scenario = scenario
         self.runtime = runtime
         self.period_s = 1.0 / scenario.parameter("LOOP_HZ")
@@ -128,7 +128,7 @@ class Flight:
             held |= np.abs(columns["steering"]) >= limit * (1 - 1e-9)
         return Track(
             columns["time_s"], columns["azimuth_rad"], columns["elevation_rad"], columns["course_rad"],
-            columns["target_course_rad"], columns["steering"], held.astype(float))  # fmt: skip
+            columns["target_course_rad"], columns["steering"], held.astype(float))
 
     def metrics(self) -> Metrics:
         """The flight's numbers, after the scenario's settling time."""

@@ -19,7 +19,7 @@ _FLIGHTS = (
     ("paper-delay-tuned", "D200L5Popt", r"$\tau = 0.2$ s, $L = 5$, $P = 1/(e\tau)$"),
 )
 _COLUMNS = ("scenario", "verdict", "cross_track_rms_rad", "cross_track_max_rad", "turning_angle_rms_rad",
-            "steering_rms", "saturated_fraction")  # fmt: skip
+            "steering_rms", "saturated_fraction")
 _ANGLE_WINDOW_S = 40.0
 
 

@@ -68,7 +68,7 @@ class TurningRatePlant:
         vx, vy, vz = forward * hx + sideways * bx, forward * hy + sideways * by, forward * hz + sideways * bz
         return Truth(
             self._position, (vx, vy, vz), atan2(vx * y - vy * x, vz), atan2(hx * y - hy * x, hz), self._length,
-            self.airspeed(), 0.0)  # fmt: skip
+            self.airspeed(), 0.0)
 
     def _rates(self, steering: float) -> tuple[float, float, float]:
         """Turning rate [rad/s] and speed over length along the nose and along b [1/s]."""
@@ -100,7 +100,7 @@ class TurningRatePlant:
 
 
 def _rotated(position: Vector, nose: Vector, turning: float, forward: float, sideways: float, dt: float
-             ) -> tuple[Vector, Vector]:  # fmt: skip
+             ) -> tuple[Vector, Vector]:
     """Both vectors after turning about Omega = turning gamma - sideways h + forward b for `dt` (Rodrigues)."""
     (x, y, z), (hx, hy, hz) = position, nose
     rate = hypot(turning, forward, sideways)
@@ -120,4 +120,4 @@ def _rotated(position: Vector, nose: Vector, turning: float, forward: float, sid
         (cosine * hx + sine * (r * bx - p * x) - b * nx,
          cosine * hy + sine * (r * by - p * y) - b * ny,
          cosine * hz + sine * (r * bz - p * z) - b * nz),
-    )  # fmt: skip
+    )

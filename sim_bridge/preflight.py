@@ -82,11 +82,11 @@ class Preflight:
     def _set(self, name: str) -> Message:
         kind = dialect.MAV_PARAM_TYPE_REAL32
         return as_request(dialect.MAVLink_param_set_message(
-            self._system, 1, name.encode(), self._wanted[name], kind))  # fmt: skip
+            self._system, 1, name.encode(), self._wanted[name], kind))
 
     def _command(self, command: int, first: float, second: float) -> Message:
         return as_request(dialect.MAVLink_command_long_message(
-            self._system, 1, command, 0, first, second, 0.0, 0.0, 0.0, 0.0, 0.0))  # fmt: skip
+            self._system, 1, command, 0, first, second, 0.0, 0.0, 0.0, 0.0, 0.0))
 
 
 def _text(value: bytes) -> str:

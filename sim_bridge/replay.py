@@ -22,7 +22,7 @@ from sim_bridge.scenario import Scenario, load_scenario
 from sim_bridge.sensors import Sample
 
 _VALID = (dialect.KITE_VALID_AZIMUTH | dialect.KITE_VALID_ELEVATION | dialect.KITE_VALID_DISTANCE
-          | dialect.KITE_VALID_AIRSPEED | dialect.KITE_VALID_TETHER_FORCE | dialect.KITE_VALID_STEERING)  # fmt: skip
+          | dialect.KITE_VALID_AIRSPEED | dialect.KITE_VALID_TETHER_FORCE | dialect.KITE_VALID_STEERING)
 _FROM_POSITIONS = 2.0
 _CREDIT = "Flight data: TU Delft and Kitepower B.V. (Schelbergen et al.), CC-BY 4.0"
 
@@ -47,7 +47,7 @@ def replay_scenario(data: FlightData) -> Scenario:
         ("EIGHT_AZIMUTH", np.degrees(eight.azimuth)), ("EIGHT_ELEVATION", np.degrees(eight.elevation)),
         ("EIGHT_HALF_W", np.degrees(eight.half_width)), ("EIGHT_HALF_H", np.degrees(eight.half_height)),
         ("EIGHT_DIRECTION", eight.direction), ("COURSE_SOURCE", _FROM_POSITIONS),
-    ):  # fmt: skip
+    ):
         scenario.set_parameter(name, float(value), where)
     return scenario
 
@@ -95,7 +95,7 @@ def _sample(data: FlightData, row: int) -> Sample:
     return (
         clock_us(float(data.time_s[row])), float(data.azimuth[row]), float(data.elevation[row]),
         float(data.distance[row]), 0.0, 0.0, float(data.airspeed[row]), float(data.tether_force[row]),
-        float(data.steering[row]), _VALID)  # fmt: skip
+        float(data.steering[row]), _VALID)
 
 
 def _compare(data: FlightData, course: Array) -> dict[str, Any]:
@@ -114,7 +114,7 @@ def plot_replay(replay: Replay, title: str) -> Any:
     used = replay.data.reel_out
     time_s = replay.data.time_s[used]
     draw_turning_angle(top, time_s, replay.course[used], replay.data.course[used],
-                       ("firmware, from positions", "recorded course"))  # fmt: skip
+                       ("firmware, from positions", "recorded course"))
     asked = np.where(replay.tracking, replay.steering_asked, np.nan)[used]
     bottom.plot(time_s, replay.data.set_steering[used], "--", color="#d1495b", lw=1.0, label="recorded, set")
     bottom.plot(time_s, asked, color="#1f4e9c", lw=1.0, label="firmware, on the fitted eight")

@@ -52,7 +52,7 @@ def make_runtime(name: str, real_time: bool, keep_frames: bool, notice: Callable
 
 
 def run_scenario(scenario: Scenario, options: RunOptions, recorded: Any = None,
-                 notice: Callable[[str], None] = print) -> RunResult:  # fmt: skip
+                 notice: Callable[[str], None] = print) -> RunResult:
     """Fly `scenario`. `recorded` is a ground path to use instead of a live one.
 
     Raises:
@@ -83,7 +83,7 @@ def run_scenario(scenario: Scenario, options: RunOptions, recorded: Any = None,
     if log:
         log.finish(scenario, flight.rows, {
             "runtime": flight.runtime.name, "speed": str(options.speed), "real_time": real_time,
-            "ground": options.ground, "interrupted": interrupted, "result": numbers})  # fmt: skip
+            "ground": options.ground, "interrupted": interrupted, "result": numbers})
     return RunResult(flight, numbers, interrupted, real_time)
 
 
@@ -95,7 +95,7 @@ def sum_up(flight: Flight, wall_s: float) -> dict[str, Any]:
         "scenario": scenario.name, "plant": scenario["plant.kind"], "runtime": flight.runtime.name,
         "seed": scenario["run.seed"], "sim_s": sim_s, "wall_s": wall_s, "real_time_factor": sim_s / wall_s,
         **(flight.metrics()._asdict() if flight.rows else {}), "ticks": len(flight.rows), "overruns": flight.overruns,
-    }  # fmt: skip
+    }
 
 
 def _fly(flight: Flight, options: RunOptions) -> tuple[float, bool]:

@@ -52,7 +52,7 @@ class RunLog:
             self._control.write(stamp, self._codec.encode(dialect.MAVLINK_MSG_ID_KITE_SENSORS, sample))
         for sent_s, steering in record.output.steering:
             frame = self._codec.encode_message(dialect.MAVLink_hil_actuator_controls_message(
-                round(max(0.0, sent_s) * 1e6), [steering] + [0.0] * 15, 0, 1))  # fmt: skip
+                round(max(0.0, sent_s) * 1e6), [steering] + [0.0] * 15, 0, 1))
             self._control.write(self._epoch_us + round(sent_s * 1e6), frame)
         for frame in record.output.frames:
             self._control.write(stamp, frame)
@@ -73,7 +73,7 @@ class RunLog:
             file.writelines(format_row(row) for row in rows)
         content = {
             "format": _FORMAT, "scenario": scenario.to_dict(), "started_us": self._epoch_us,
-            "versions": _versions(), **about}  # fmt: skip
+            "versions": _versions(), **about}
         (self.folder / "run.json").write_text(json.dumps(content, indent=2) + "\n", "utf-8")
 
 

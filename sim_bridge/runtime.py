@@ -43,7 +43,7 @@ class Runtime(Protocol):
         ...
 
     def exchange(self, tick: int, time_s: float, samples: list[Sample], requests: list[Message],
-                 datagrams: list[bytes]) -> TickOutput:  # fmt: skip
+                 datagrams: list[bytes]) -> TickOutput:
         """Run tick `tick` at `time_s` with the samples, the bridge's own requests, and what ground stations sent.
 
         Raises:

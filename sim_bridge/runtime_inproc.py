@@ -70,7 +70,7 @@ class InprocRuntime:
         """Nothing to bring up."""
 
     def exchange(self, tick: int, time_s: float, samples: list[Sample], requests: list[Message],
-                 datagrams: list[bytes]) -> TickOutput:  # fmt: skip
+                 datagrams: list[bytes]) -> TickOutput:
         """See Runtime; ground stations need a runtime with a wire."""
         link = self._link
         inbox = self.autopilot.inbox

@@ -55,7 +55,7 @@ class ProcessRuntime(WireRuntime):
         self._process = subprocess.Popen(
             [*self._command, "-m", "firmware_py.main", host, str(port), self.pace],
             cwd=Path(spec.origin).parent.parent, stdin=subprocess.DEVNULL, stdout=self._said, stderr=self._said,
-            start_new_session=True)  # fmt: skip  (Ctrl-C is for the bridge, which ends the firmware in its time)
+            start_new_session=True)  # (Ctrl-C is for the bridge, which ends the firmware in its time)
         self._receive(time.monotonic() + SILENCE_S, "when it was started")
 
     def stop(self) -> None:
@@ -106,7 +106,7 @@ class RealTimeRuntime(ProcessRuntime):
         self._start = time.monotonic() - first_time_s
 
     def exchange(self, tick: int, time_s: float, samples: list[Sample], requests: list[Message],
-                 datagrams: list[bytes]) -> TickOutput:  # fmt: skip
+                 datagrams: list[bytes]) -> TickOutput:
         """See Runtime: returns when the next tick is due, with the times at which steering came."""
         self._send_inputs(samples, requests, datagrams)
         output = TickOutput([], None, [], [])

@@ -20,7 +20,7 @@ class WireRuntime:
         self._codec = BridgeCodec()
 
     def exchange(self, tick: int, time_s: float, samples: list[Sample], requests: list[Message],
-                 datagrams: list[bytes]) -> TickOutput:  # fmt: skip
+                 datagrams: list[bytes]) -> TickOutput:
         """See Runtime."""
         self._send_inputs(samples, requests, datagrams)
         self._send(self._codec.encode(dialect.MAVLINK_MSG_ID_KITE_TICK, (tick, clock_us(time_s))))

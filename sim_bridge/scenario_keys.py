@@ -95,4 +95,4 @@ KEYS: dict[str, Key] = {
     "run.duration_s": _number(60.0, "length of the flight [s]", 0.1, 1e6),
     "run.settle_s": _number(10.0, "numbers are taken after this time [s]", 0.0, 1e6),
     "run.seed": Key(1, "seed of everything random", 0, 2**63 - 1, kind=int),
-}  # fmt: skip
+}

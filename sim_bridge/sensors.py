@@ -12,7 +12,7 @@ _GIVEN = {
     "course": dialect.KITE_VALID_COURSE, "heading": dialect.KITE_VALID_HEADING,
     "distance": dialect.KITE_VALID_DISTANCE, "airspeed": dialect.KITE_VALID_AIRSPEED,
     "steering": dialect.KITE_VALID_STEERING,
-}  # fmt: skip
+}
 
 Sample = tuple[int, float, float, float, float, float, float, float, float, int]
 
@@ -59,4 +59,4 @@ class Sensors:
         if self._airspeed_noise:
             airspeed = max(0.0, airspeed * (1.0 + gauss(0.0, self._airspeed_noise)))
         return (time_us, azimuth, elevation, truth.distance, course, heading, airspeed, truth.tether_force,
-                steering, self._valid)  # fmt: skip
+                steering, self._valid)

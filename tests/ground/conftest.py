@@ -12,7 +12,7 @@ from sim_bridge.runtime_memory import MemoryRuntime
 
 _PERIOD_S = 0.02
 _VALID = (dialect.KITE_VALID_AZIMUTH | dialect.KITE_VALID_ELEVATION | dialect.KITE_VALID_DISTANCE
-          | dialect.KITE_VALID_COURSE | dialect.KITE_VALID_AIRSPEED)  # fmt: skip
+          | dialect.KITE_VALID_COURSE | dialect.KITE_VALID_AIRSPEED)
 
 
 class SimulatedKite:

@@ -41,7 +41,7 @@ def free_port() -> int:
     ("param set INNER_P fast", "INNER_P: 'fast' is not a number"),
     ("param set INNER_P inf", "INNER_P: 'inf' is not a finite number"),
     ("param load no_such.param", "no_such.param: cannot read: No such file"),
-])  # fmt: skip
+])
 def test_a_mistake_is_answered_in_one_line(capsys, arguments, said):
     assert main(arguments.split()) == 2
     output = capsys.readouterr()
@@ -106,7 +106,7 @@ def test_ctrl_c_ends_without_a_traceback(called):
 
 
 @pytest.mark.parametrize("command", ["", "monitor", "mode", "arm", "disarm", "tune", "record", "param", "param show",
-                                     "param get", "param set", "param save", "param load", "param diff"])  # fmt: skip
+                                     "param get", "param set", "param save", "param load", "param diff"])
 def test_every_command_has_help_with_an_example(capsys, command):
     assert main([*command.split(), "--help"]) == 0
     text = capsys.readouterr().out

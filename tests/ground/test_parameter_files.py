@@ -43,7 +43,7 @@ def test_values_read_well(value, text):
     "\ufeff#NOTE: Mission Planner\r\nINNER_P,2.5\r\nOUTER_L,6.1\r\n",
     "# Onboard parameters for Vehicle 1\n#\n# Vehicle-Id Component-Id Name Value Type\n"
     "1\t1\tINNER_P\t2.500000000000000000\t9\n1\t1\tOUTER_L\t6.099999904632568359\t9\n",
-])  # fmt: skip
+])
 def test_the_files_of_other_ground_stations_are_read(path, text):
     path.write_text(text, "utf-8")
     read = read_parameter_file(path)
@@ -60,7 +60,7 @@ def test_the_files_of_other_ground_stations_are_read(path, text):
     (b"A_NAME_THAT_IS_TOO_LONG 2\n", ":1: 'A_NAME_THAT_IS_TOO_LONG' is no name"),
     (b"# nothing\n", ": holds no parameters"),
     (b"\xff\xfe\x00\x80", ": not a text file"),
-])  # fmt: skip
+])
 def test_a_broken_file_is_named_with_its_line(path, content, said):
     path.write_bytes(content)
     with pytest.raises(ParameterFileError) as caught:

@@ -97,7 +97,7 @@ def test_a_port_that_is_taken_is_named(vehicle):
     ("udpin:192.0.2.1:14550", "cannot listen on port 14550"),
     ("serial:/dev/ttyS0:fast", "'fast' is no baud rate"),
     ("serial:/dev/no_such_port:57600", "no such device; serial ports here: "),
-])  # fmt: skip
+])
 def test_a_link_that_cannot_be_is_answered_in_one_line(link, said):
     with pytest.raises(LinkError) as caught:
         open_transport(link)

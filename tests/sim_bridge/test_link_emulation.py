@@ -1,5 +1,7 @@
 """The emulated radio link: exact where it is exact, with the right statistics where it is random."""
 
+from itertools import pairwise
+
 import pytest
 
 from sim_bridge.link_emulation import LinkDirection, LinkSettings, link_settings
@@ -33,7 +35,7 @@ def test_losses_have_the_share_and_the_bursts_asked_for(loss, burst):
     got = {index for index, _, _ in sent_through(LinkSettings(loss=loss, loss_burst=burst), count=100000)}
     lost = [index not in got for index in range(100000)]
     assert sum(lost) / len(lost) == pytest.approx(loss, rel=0.1)
-    bursts = sum(1 for before, here in zip(lost, lost[1:], strict=False) if here and not before)
+    bursts = sum(1 for before, here in pairwise(lost) if here and not before)
     expected = burst if burst > 1 else 1.0 / (1.0 - loss)
     assert sum(lost) / bursts == pytest.approx(expected, rel=0.1)
 

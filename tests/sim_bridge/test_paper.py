@@ -53,7 +53,7 @@ def test_every_runtime_gives_the_same_numbers_to_the_bit(name, runtime):
 
 def test_one_seed_repeats_to_the_bit_and_another_does_not():
     noisy = {"link__control__jitter_s": 0.02, "link__control__loss": 0.1, "sensors__noise_rad": 0.001,
-             "wind__turbulence_intensity": 0.1, "run__duration_s": 12.0}  # fmt: skip
+             "wind__turbulence_intensity": 0.1, "run__duration_s": 12.0}
     first, again = (fly("small-kite", **noisy).flight.rows for _ in range(2))
     assert first == again
     assert fly("small-kite", run__seed=2, **noisy).flight.rows != first
@@ -64,7 +64,7 @@ def test_halving_the_step_of_the_plant_changes_cross_track_by_less_than_one_perc
     step = load_scenario(name)["plant.step_s"]
     coarse, fine = (
         fly(name, plant__step_s=s, wind__turbulence_intensity=0.0).numbers["cross_track_rms_rad"]
-        for s in (step, step / 2))  # fmt: skip
+        for s in (step, step / 2))
     assert fine == pytest.approx(coarse, rel=0.01)
 
 
@@ -74,7 +74,7 @@ def growth(gain, delay_s):
     for key, value in (
         ("link.control.delay_s", delay_s), ("plant.speed_over_length", 1e-3), ("plant.transport", False),
         ("start.course_error_rad", 0.001),
-    ):  # fmt: skip
+    ):
         scenario.set(key, value, "test")
     scenario.set_parameter("INNER_P", gain, "test")
     scenario.set_parameter("SPEED_MIN", 0.0, "test")

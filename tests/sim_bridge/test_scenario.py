@@ -40,7 +40,7 @@ def test_every_default_is_within_its_own_bounds():
     ("[parameters]\nINNER_P = 51", "INNER_P = 51 is outside 0 to 50 1/s"),
     ("[parameters]\nTABLE_VERSION = 1", "TABLE_VERSION is read-only"),
     ("parameters = 3", "parameters is a section"),
-])  # fmt: skip
+])
 def test_what_is_wrong_is_said_in_one_line_with_the_place(text, says):
     with pytest.raises(ScenarioError) as error:
         parse_scenario("mine", text, "mine.toml")

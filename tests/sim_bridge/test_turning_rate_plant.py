@@ -46,7 +46,7 @@ def test_without_steering_it_flies_a_great_circle_at_the_given_speed(azimuth, el
 def test_constant_steering_flies_a_small_circle_of_the_tightest_turns_radius(azimuth, elevation, course, steering):
     """Angular radius rho with tan(rho) = (v/R) / (K Va u); back at the start after a whole turn."""
     changes = {"plant__speed_over_length": 0.5, "plant__turn_k": 0.3, "plant__airspeed_m_s": 20.0,
-               "plant__line_length_m": 40.0}  # fmt: skip
+               "plant__line_length_m": 40.0}
     plant = plant_at(azimuth, elevation, course, **changes)
     turning = 0.3 * 20.0 * steering
     period = 2 * math.pi / math.hypot(turning, 0.5)
@@ -80,7 +80,7 @@ def test_without_transport_the_turning_angle_obeys_the_papers_law_alone():
 def test_gravity_turns_the_nose_down_by_the_laws_amount():
     """At rest beside the meridian the rate is c2 / Va sin(psi) cos(elevation)."""
     plant = plant_at(0.0, 0.6, 0.5, plant__gravity_m_s2=4.0, plant__airspeed_m_s=20.0,
-                     plant__speed_over_length=1e-3)  # fmt: skip
+                     plant__speed_over_length=1e-3)
     plant.step(0.01, 0.0, 1.0)
     rate = (plant.truth().heading - 0.5) / 0.01
     assert rate == pytest.approx(4.0 / 20.0 * math.sin(0.5) * math.cos(0.6), rel=0.01)
@@ -88,7 +88,7 @@ def test_gravity_turns_the_nose_down_by_the_laws_amount():
 
 def test_glide_law_gives_erhard_and_strauchs_airspeed_and_a_drift_with_the_wind():
     plant = plant_at(0.3, 0.5, 1.2, plant__speed_law="glide", plant__glide_ratio=4.0, wind__speed_m_s=9.0,
-                     plant__line_length_m=200.0)  # fmt: skip
+                     plant__line_length_m=200.0)
     truth = plant.truth()
     position = np.array(truth.position)
     assert truth.airspeed == pytest.approx(9.0 * 4.0 * position[0])

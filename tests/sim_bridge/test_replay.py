@@ -1,0 +1,46 @@
+"""Real flights played into the firmware (data: see tests/data/flight/README.md)."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from analysis.flight_data import fit_eight, read_flight
+from analysis.target_eight import TargetEight, turning_angle, unit_position, wrap
+from sim_bridge.replay import play
+
+FLIGHTS = sorted((Path(__file__).parent.parent / "data" / "flight").glob("*.csv.gz"))
+
+
+def test_there_are_three_flights():
+    assert len(FLIGHTS) == 3
+
+
+@pytest.mark.parametrize("path", FLIGHTS, ids=lambda path: path.name[9:13])
+def test_the_firmware_finds_the_recorded_course_from_positions_alone(path):
+    replay = play(path, "cpython", print)
+    assert replay.numbers["turning_angle_rms_deg"] < 7.0
+    assert abs(replay.numbers["turning_angle_bias_deg"]) < 1.0
+    flown = replay.tracking & replay.data.reel_out
+    assert flown.sum() > 0.9 * replay.data.reel_out.sum()
+    assert np.corrcoef(replay.steering_asked[flown], replay.data.steering[flown])[0, 1] > 0.3
+
+
+@pytest.mark.parametrize("path", FLIGHTS, ids=lambda path: path.name[9:13])
+def test_the_recorded_course_is_the_direction_of_the_recorded_positions(path):
+    """The signs of the file: a wrong one would put the course on the other side."""
+    data = read_flight(path)
+    position = unit_position(data.azimuth, data.elevation)
+    course = turning_angle(position[2:-2], position[4:] - position[:-4])
+    error = wrap(course - data.course[2:-2])[data.reel_out[2:-2]]
+    assert np.degrees(np.sqrt(np.mean(error**2))) < 5.0
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_the_fit_finds_the_eight_that_was_flown(direction):
+    eight = TargetEight(0.05, 0.6, 0.35, 0.08, direction)
+    s = direction * np.linspace(0.0, 30.0, 900)
+    azimuth, elevation = eight.angles(s)
+    noise = np.random.default_rng(1).normal(0.0, 0.003, (2, len(s)))
+    fitted = fit_eight(azimuth + noise[0], elevation + noise[1] + np.linspace(-0.03, 0.03, len(s)))
+    assert fitted == pytest.approx(eight, abs=0.01)

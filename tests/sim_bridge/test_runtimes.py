@@ -1,0 +1,55 @@
+"""The firmware as a process: it keeps its own time, and its failures are told in one line."""
+
+import pytest
+
+from protocol import dialect
+from sim_bridge.flight import Flight
+from sim_bridge.run import RunOptions, run_scenario
+from sim_bridge.runtime import FirmwareError
+from sim_bridge.runtime_memory import MemoryRuntime
+from sim_bridge.runtime_process import ProcessRuntime
+from sim_bridge.scenario import load_scenario
+from sim_bridge.wire import BridgeCodec
+
+
+def test_in_real_time_the_firmware_flies_on_its_own_clock():
+    scenario = load_scenario("paper-delay-tuned")
+    scenario.set("run.duration_s", 4.0, "test")
+    result = run_scenario(scenario, RunOptions("cpython", speed=1))
+    assert result.real_time and result.numbers["ticks"] == 200
+    assert result.numbers["wall_s"] >= 3.9
+    assert result.numbers["turning_angle_rms_rad"] < 0.8
+    assert result.numbers["steering_rms"] > 0.0
+
+
+def test_a_firmware_that_dies_in_flight_is_noticed():
+    runtime = ProcessRuntime("cpython")
+    flight = Flight(load_scenario("paper-no-delay"), runtime)
+    try:
+        runtime.start()
+        flight.fly(1.0)
+        assert runtime._process
+        runtime._process.kill()
+        runtime._process.wait()
+        with pytest.raises(FirmwareError, match=r"^the firmware ended in tick \d+$"):
+            flight.fly(2.0)
+    finally:
+        runtime.stop()
+
+
+def test_a_firmware_that_cannot_start_says_its_last_words(monkeypatch):
+    runtime = ProcessRuntime("cpython")
+    monkeypatch.setattr(runtime, "_command", [*runtime._command, "-c", "raise SystemExit('no board here')"])
+    try:
+        with pytest.raises(FirmwareError, match="ended when it was started: no board here"):
+            runtime.start()
+    finally:
+        runtime.stop()
+
+
+def test_an_answer_to_another_tick_is_an_error():
+    runtime = MemoryRuntime()
+    runtime.exchange(1, 0.0, [], [], [])
+    runtime._transport.from_firmware.append(BridgeCodec().encode(dialect.MAVLINK_MSG_ID_KITE_TICK_END, (7,)))
+    with pytest.raises(FirmwareError, match="ended tick 7 when it was asked for tick 2"):
+        runtime.exchange(2, 0.02, [], [], [])
