@@ -27,7 +27,7 @@ class Autopilot:
     """Everything that flies the kite, over one `link`.
 
     The link has `send(message, values)`, `receive(inbox)`, `flush()`, `set_system(id)` and `counters()`.
-    A target that a test hands in with `target_override = (course, rate)` [rad, rad/s] replaces the outer loop's.
+    Another outer loop may be put in the place of `guidance`: it needs what Guidance has, bar its settings.
     """
 
     def __init__(self, link, lockstep=False):
@@ -42,7 +42,6 @@ class Autopilot:
         self.modes = ModeMachine(self.parameters, self.curve, self.kite, self.telemetry.say)
         self.requests = Requests(self.parameters, self.modes, link, self.telemetry.say)
         self.target_course = 0.0
-        self.target_override = None
         self.period_us = 20000
         self.tick_us = 0
         self.tick_worst_us = 0
@@ -106,7 +105,5 @@ class Autopilot:
             self.target_course = 0.0  # straight up, towards the zenith
             self.steering.follow(0.0, 0.0, kite, dt)
         else:
-            self.target_course, rate = self.target_override or (
-                self.guidance.target_course, self.guidance.target_rate,
-            )
-            self.steering.follow(self.target_course, rate, kite, dt)
+            self.target_course = self.guidance.target_course
+            self.steering.follow(self.target_course, self.guidance.target_rate, kite, dt)

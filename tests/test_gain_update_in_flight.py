@@ -5,6 +5,7 @@ import math
 import socket
 import subprocess
 import sys
+from typing import Any
 
 import numpy as np
 
@@ -26,7 +27,7 @@ def acknowledged_at(folder):
     parser = dialect.MAVLink(None)
     first = next(stamp for stamp, _ in read_tlog(folder / "control.tlog"))
     for stamp, frame in read_tlog(folder / "ground.tlog"):
-        message = parser.decode(bytearray(frame))
+        message: Any = parser.decode(bytearray(frame))
         if message.get_type() == "PARAM_VALUE" and (message.param_id, message.param_value) == (
                 "INNER_P", float32(optimal_gain(0.2))):
             return (stamp - first) * 1e-6 - 2.1  # the log begins with the lead-in: 2 s and the samples' delay

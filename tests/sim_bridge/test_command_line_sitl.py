@@ -7,6 +7,7 @@ import struct
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -25,10 +26,11 @@ FLIGHTS = Path(__file__).parent.parent / "data" / "flight"
 def run(capsys, *arguments):
     """Exit code, and what was said on stdout and stderr."""
     try:
-        code = main(arguments)
+        code: Any = main(arguments)
     except SystemExit as exit_:  # argparse's own
         code = exit_.code
-    return code, *capsys.readouterr()
+    out, err = capsys.readouterr()
+    return code, out, err
 
 
 def test_json_has_the_names_that_scripts_rely_on(capsys):

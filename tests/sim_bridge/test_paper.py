@@ -1,11 +1,14 @@
 """The paper's runs: verdicts and numbers, on every runtime alike."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 
 from analysis.delay import loop_delay, stability_limit
+from firmware_py.guidance import Guidance
+from firmware_py.target_curve import FigureEight
 from sim_bridge.flight import COLUMNS, Flight
 from sim_bridge.run import RunOptions, run_scenario
 from sim_bridge.runtime_inproc import InprocRuntime
@@ -15,7 +18,7 @@ from sim_bridge.scenario import load_scenario
 PAPER = ("paper-no-delay", "paper-delay", "paper-delay-tuned")
 
 
-def fly(name, runtime="inproc", **changes):
+def fly(name, runtime="inproc", **changes: Any):
     scenario = load_scenario(name)
     for key, value in changes.items():
         scenario.set(key.replace("__", "."), value, "test")
@@ -52,7 +55,7 @@ def test_every_runtime_gives_the_same_numbers_to_the_bit(name, runtime):
 
 
 def test_one_seed_repeats_to_the_bit_and_another_does_not():
-    noisy = {"link__control__jitter_s": 0.02, "link__control__loss": 0.1, "sensors__noise_rad": 0.001,
+    noisy: dict[str, Any] = {"link__control__jitter_s": 0.02, "link__control__loss": 0.1, "sensors__noise_rad": 0.001,
              "wind__turbulence_intensity": 0.1, "run__duration_s": 12.0}
     first, again = (fly("small-kite", **noisy).flight.rows for _ in range(2))
     assert first == again
@@ -68,6 +71,20 @@ def test_halving_the_step_of_the_plant_changes_cross_track_by_less_than_one_perc
     assert fine == pytest.approx(coarse, rel=0.01)
 
 
+class FixedTarget(Guidance):
+    """An outer loop that wants one turning angle [rad], come what may."""
+
+    def __init__(self, course):
+        super().__init__(FigureEight())
+        self.target_course = course
+
+    def scan(self, frame, course):
+        """There is no curve to look at."""
+
+    def step(self, frame, dt):
+        """There is nothing to update."""
+
+
 def growth(gain, delay_s):
     """Late over early RMS of a small turning-angle error: the inner loop alone, on a target held fixed."""
     scenario = load_scenario("paper-delay")
@@ -81,7 +98,7 @@ def growth(gain, delay_s):
     runtime = InprocRuntime()
     flight = Flight(scenario, runtime)
     target = float(flight.eight.course(np.zeros(1))[0])
-    runtime.autopilot.target_override = (target, 0.0)
+    runtime.autopilot.guidance = FixedTarget(target)
     flight.fly(20.0)
     errors = [row[COLUMNS.index("course_rad")] - target for row in flight.rows]
 
