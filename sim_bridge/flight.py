@@ -11,7 +11,8 @@ from analysis.target_eight import TargetEight, wrap
 from sim_bridge.actuator import Actuator
 from sim_bridge.ground_path import GroundLink
 from sim_bridge.link_emulation import LinkDirection, link_settings
-from sim_bridge.plant import Truth, make_plant
+from sim_bridge.plants import make_plant
+from sim_bridge.plants.interface import Truth
 from sim_bridge.preflight import Preflight
 from sim_bridge.runtime import Runtime, TickOutput, clock_us
 from sim_bridge.scenario import Scenario

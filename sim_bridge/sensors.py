@@ -4,7 +4,7 @@ from math import atan2, hypot
 from random import Random
 
 from protocol import dialect
-from sim_bridge.plant import Truth
+from sim_bridge.plants.interface import Truth
 from sim_bridge.scenario import Scenario
 
 SAMPLE_BYTES = 50  # a KITE_SENSORS frame on the wire

@@ -5,7 +5,7 @@ from math import atan2, cos, exp, pi, sin, sqrt
 import numpy as np
 
 from analysis.target_eight import TargetEight
-from sim_bridge.plant import Truth, Vector
+from sim_bridge.plants.interface import Truth, Vector
 from sim_bridge.scenario import Scenario
 
 _LEAD_IN_RAD = 0.15

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from analysis.target_eight import great_circle_distance, turning_angle
-from sim_bridge.plant import make_plant
+from sim_bridge.plants import make_plant
 from sim_bridge.scenario import Scenario
 
 angles = st.floats(-3.0, 3.0)

@@ -1,8 +1,6 @@
-"""What every plant offers to the bridge, and the choice of one by its name."""
+"""What every plant offers to the bridge."""
 
 from typing import NamedTuple, Protocol
-
-from sim_bridge.scenario import Scenario
 
 Vector = tuple[float, float, float]
 
@@ -31,10 +29,3 @@ class Plant(Protocol):
     def truth(self) -> Truth:
         """The present state."""
         ...
-
-
-def make_plant(scenario: Scenario, position: Vector, direction: Vector) -> Plant:
-    """The plant that the scenario names, at a unit `position`, its nose in the unit tangent `direction`."""
-    from sim_bridge.plant_turning_rate import TurningRatePlant  # noqa: PLC0415  one import a plant, when it is flown
-
-    return {"turning-rate": TurningRatePlant}[scenario["plant.kind"]](scenario, position, direction)

@@ -9,7 +9,7 @@ for the airspeed of the glide law.
 
 from math import atan2, cos, hypot, sin, sqrt
 
-from sim_bridge.plant import Truth, Vector
+from sim_bridge.plants.interface import Truth, Vector
 from sim_bridge.scenario import Scenario
 
 _LEAST_AIRSPEED = 0.5  # of the glide law, at the edge of the wind window [m/s]
