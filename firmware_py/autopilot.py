@@ -39,8 +39,8 @@ class Autopilot:
         self.guidance = Guidance(self.curve)
         self.steering = Steering()
         self.telemetry = Telemetry(link, self)
-        self.modes = ModeMachine(self.parameters, self.curve, self.kite, self.telemetry.say)
-        self.requests = Requests(self.parameters, self.modes, link, self.telemetry.say)
+        self.modes = ModeMachine(self.parameters, self.kite, self.telemetry.say)
+        self.requests = Requests(self.parameters, self.modes, self.kite, link, self.telemetry.say)
         self.target_course = 0.0
         self.period_us = 20000
         self.tick_us = 0

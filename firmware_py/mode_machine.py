@@ -7,13 +7,11 @@ from .generated_messages import (
     KITE_MODE_PARK,
     KITE_MODE_STANDBY,
     KITE_MODE_TRACK,
-    KITE_VALID_DISTANCE,
     MAV_SEVERITY_CRITICAL,
     MAV_SEVERITY_INFO,
     MAV_SEVERITY_WARNING,
 )
-from .generated_parameters import GCS_LOST_TIME, LINE_LENGTH, MANUAL_TIME, PARK_ELEVATION, RESUME_TRACK
-from .target_curve import problem_with_curve
+from .generated_parameters import GCS_LOST_TIME, MANUAL_TIME, PARK_ELEVATION, RESUME_TRACK
 from .ticks import ticks_diff
 
 _FRESH_US = 500000  # samples must keep coming for this long before they are trusted again
@@ -23,12 +21,12 @@ NAMES = ("STANDBY", "MANUAL", "PARK", "TRACK")
 class ModeMachine:
     """`mode` is one of the KITE_MODE values; `stale` is True while steering must be neutral for want of samples.
 
-    `say(severity, text)` is called with what the operator should read, at most 50 characters.
+    `say(severity, text)` is called with what the operator should read, at most 50 characters. `curve_problem` is why
+    the target curve cannot be flown, or None.
     """
 
-    def __init__(self, parameters, curve, kite, say):
+    def __init__(self, parameters, kite, say):
         self._values = parameters.values
-        self._curve = curve
         self._kite = kite
         self._say = say
         self.mode = KITE_MODE_STANDBY
@@ -45,11 +43,11 @@ class ModeMachine:
         """True in every mode but STANDBY."""
         return self.mode != KITE_MODE_STANDBY
 
-    def arm(self, now):
+    def arm(self, now, curve_problem):
         """Arm into PARK; return None, or why not. Nothing happens when armed already."""
         if self.armed():
             return None
-        reason = "no samples from the kite" if self._kite.is_stale(now) else self.curve_problem()
+        reason = "no samples from the kite" if self._kite.is_stale(now) else curve_problem
         if reason is None:
             self._enter(KITE_MODE_PARK, "armed")
         return reason
@@ -59,7 +57,7 @@ class ModeMachine:
         if self.armed():
             self._enter(KITE_MODE_STANDBY, "disarmed")
 
-    def command(self, mode, now):
+    def command(self, mode, now, curve_problem):
         """Change to `mode` as an operator asked; return None, or why not."""
         if not 0 <= mode < len(NAMES):
             return "no such mode"
@@ -70,27 +68,14 @@ class ModeMachine:
             return "arm first"
         if self.stale:
             return "samples are stale"
-        if mode == KITE_MODE_TRACK:
-            problem = self.curve_problem()
-            if problem is not None:
-                return problem
+        if mode == KITE_MODE_TRACK and curve_problem is not None:
+            return curve_problem
         if mode == KITE_MODE_MANUAL:
             self._manual_time = now
             self.manual_steering = 0.0
         if mode != self.mode:
             self._enter(mode, "")
         return None
-
-    def curve_problem(self):
-        """Why the target curve cannot be flown on the present line, or None."""
-        self._curve.load(self._values)  # a parameter may have been set since the tick began
-        return self.problem_with(self._curve, self._values)
-
-    def problem_with(self, curve, values):
-        """Why `curve` cannot be flown with these parameters' `values` on the present line, or None."""
-        kite = self._kite
-        measured = kite.valid & KITE_VALID_DISTANCE
-        return problem_with_curve(curve, values, kite.distance if measured else values[LINE_LENGTH])
 
     def hear_station(self, now):
         """A ground station's heartbeat arrived."""

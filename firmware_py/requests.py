@@ -6,6 +6,8 @@ from .generated_messages import (
     COMMAND_LONG,
     CONTRACT_HASH,
     HEARTBEAT,
+    KITE_MODE_TRACK,
+    KITE_VALID_DISTANCE,
     MANUAL_CONTROL,
     MAV_CMD_COMPONENT_ARM_DISARM,
     MAV_CMD_DO_SET_MODE,
@@ -29,24 +31,31 @@ from .generated_messages import (
     PING,
     TIMESYNC,
 )
-from .generated_parameters import PARAMETERS, SYSTEM_ID
+from .generated_parameters import LINE_LENGTH, PARAMETERS, SYSTEM_ID
 from .parameters import UNKNOWN
-from .target_curve import FigureEight
+from .target_curve import CURVE_PARAMETERS, CurveCheck
 
 FIRMWARE_VERSION = (0, 1, 0)
 _PER_TICK = 8  # requests answered in one tick
 _LISTED_PER_TICK = 2  # parameters of a list sent in one tick
 _COMPONENT = 1
 _NOTHING_TO_LIST = 65535
+_WAIT = True
 
 
 class Requests:
-    """Handlers by message. `send(message, values)` answers; `say(severity, text)` tells the operator why."""
+    """Handlers by message; `say(severity, text)` tells the operator why something was refused.
 
-    def __init__(self, parameters, modes, link, say):
+    A handler returns _WAIT when the target curve must be checked first, which takes several ticks: the request stays
+    at the head of the queue, and those behind it wait too, so that all are answered in the order in which they came.
+    """
+
+    def __init__(self, parameters, modes, kite, link, say):
         self._parameters = parameters
         self._modes = modes
-        self._tried = FigureEight()
+        self._kite = kite
+        self._check = CurveCheck()
+        self._checking = False
         self._link = link
         self._say = say
         self._next_listed = _NOTHING_TO_LIST
@@ -67,10 +76,12 @@ class Requests:
         self._clock_ns = uptime_us * 1000
         requests = inbox.requests
         for _ in range(min(_PER_TICK, len(requests))):
-            message, values, system, component = requests.pop(0)
+            message, values, system, component = requests[0]
             handler = self._handlers.get(message)
-            if handler is not None:
-                handler(values, system, component, now)
+            if handler is not None and handler(values, system, component, now) is _WAIT:
+                break
+            requests.pop(0)
+            self._checking = False
         for _ in range(_LISTED_PER_TICK):
             if self._next_listed < len(PARAMETERS):
                 self._send_parameter(self._next_listed)
@@ -101,31 +112,36 @@ class Requests:
     def _on_param_set(self, values, system, component, now):
         value, target_system, target_component, name, _ = values
         if not self._for_us(target_system, target_component):
-            return
+            return None
         parameters = self._parameters
         index = parameters.index_of(name)
         error = parameters.refusal(index, value, self._modes.armed())
-        if not error and self._modes.armed():
-            problem = self._curve_problem_with(index, value)
-            if problem is not None:
+        flown = self._modes.mode == KITE_MODE_TRACK
+        if not error and flown and index in CURVE_PARAMETERS and parameters.values[index] != value:
+            if not self._checked(index, value):
+                return _WAIT
+            if self._check.problem is not None:
                 error = MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE
-                self._say(MAV_SEVERITY_WARNING, problem)
+                self._say(MAV_SEVERITY_WARNING, self._check.problem)
         if error:
             self._refuse_parameter(-1, name, error, system, component)
         else:
             parameters.set(index, value)
         if index != UNKNOWN:
             self._send_parameter(index)
+        return None
 
-    def _curve_problem_with(self, index, value):
-        """Why the curve could not be flown if this parameter had `value`; None where that changes nothing for worse."""
-        before = self._parameters.values
-        if before[index] == value or self._modes.curve_problem() is not None:
-            return None
-        values = list(before)
-        values[index] = value
-        self._tried.load(values)
-        return self._modes.problem_with(self._tried, values)
+    def _checked(self, index=UNKNOWN, value=0.0):
+        """Go on with the check of the target curve, with parameter `index` at `value`; True when it is done."""
+        if not self._checking:
+            values = list(self._parameters.values)
+            if index != UNKNOWN:
+                values[index] = value
+            measured = self._kite.valid & KITE_VALID_DISTANCE
+            self._check.begin(values, self._kite.distance if measured else values[LINE_LENGTH])
+        self._check.advance()
+        self._checking = not self._check.done
+        return self._check.done
 
     def _send_parameter(self, index):
         parameters = self._parameters
@@ -140,7 +156,9 @@ class Requests:
     def _on_command_long(self, values, system, component, now):
         command = values[7]
         if not self._for_us(values[8], values[9]):
-            return
+            return None
+        if self._needs_curve(command, values) and not self._checked():
+            return _WAIT
         if command == MAV_CMD_COMPONENT_ARM_DISARM:
             result = self._arm_or_disarm(values[0], now)
         elif command == MAV_CMD_DO_SET_MODE:
@@ -152,10 +170,17 @@ class Requests:
         self._link.send(COMMAND_ACK, (command, result, 0, 0, system, component))
         if command == MAV_CMD_REQUEST_MESSAGE and result == MAV_RESULT_ACCEPTED:
             self._send_version()
+        return None
+
+    def _needs_curve(self, command, values):
+        """True for a command that may have the curve flown: arming, and TRACK from another mode."""
+        if command == MAV_CMD_COMPONENT_ARM_DISARM:
+            return values[0] == 1.0 and not self._modes.armed()
+        return command == MAV_CMD_DO_SET_MODE and values[1] == KITE_MODE_TRACK != self._modes.mode
 
     def _arm_or_disarm(self, wanted, now):
         if wanted == 1.0:
-            reason = self._modes.arm(now)
+            reason = self._modes.arm(now, self._check.problem)
             if reason is not None:
                 self._say(MAV_SEVERITY_WARNING, reason)
                 return MAV_RESULT_TEMPORARILY_REJECTED
@@ -168,7 +193,7 @@ class Requests:
     def _set_mode(self, mode, now):
         if not 0.0 <= mode <= 255.0:
             return MAV_RESULT_DENIED
-        reason = self._modes.command(int(mode), now)
+        reason = self._modes.command(int(mode), now, self._check.problem)
         if reason is None:
             return MAV_RESULT_ACCEPTED
         self._say(MAV_SEVERITY_WARNING, reason)

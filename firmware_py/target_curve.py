@@ -12,12 +12,21 @@ from .generated_parameters import (
     EIGHT_HALF_H,
     EIGHT_HALF_W,
     EIGHT_LEAST_EL,
+    LINE_LENGTH,
     STEER_MAX,
     TURN_K,
     WINDOW_ANGLE,
 )
 
-_CHECKED_POINTS = 48
+_CHECKED_POINTS = 24  # on half of the eight
+_POINTS_PER_CALL = 3
+_HIGHEST = 85.0  # [deg]
+
+# The parameters on which it depends whether an eight can be flown.
+CURVE_PARAMETERS = (
+    EIGHT_AZIMUTH, EIGHT_ELEVATION, EIGHT_HALF_H, EIGHT_HALF_W, EIGHT_LEAST_EL, LINE_LENGTH, STEER_MAX, TURN_K,
+    WINDOW_ANGLE,
+)
 _LEAST_TURNING = 1e-6  # turning per distance flown [rad/rad] of a kite that hardly steers at all
 
 
@@ -76,32 +85,53 @@ class FigureEight:
         return (turning + east * tan(elevation)) / sqrt(square)
 
 
-def tightest_turn(curve):
-    """Angular radius [rad] of the tightest turn of `curve`."""
-    worst = 0.0
-    for index in range(_CHECKED_POINTS):
-        curvature = abs(curve.geodesic_curvature(2.0 * pi * index / _CHECKED_POINTS))
-        if not curvature <= worst:
-            worst = curvature
-    return 1.0 / worst
+class CurveCheck:
+    """Whether a kite can fly an eight: a few points of it a call, so that no tick of a flight takes long.
 
-
-def problem_with_curve(curve, values, line_length):
-    """Why the kite cannot fly `curve` on a line of `line_length` [m], in at most 50 characters, or None.
-
-    The tightest turn that a kite can fly has the angular radius 1 / (line_length * K * u_max), whatever its speed.
+    The tightest turn that a kite can fly has the angular radius 1 / (line length * K * u_max), whatever its speed.
+    The eight's two halves are mirror images, so one of them is looked at.
     """
-    least = curve.elevation - curve.half_height
-    if degrees(least) < values[EIGHT_LEAST_EL]:
-        return "eight goes down to %.1f deg, least is %.1f" % (degrees(least), values[EIGHT_LEAST_EL])
-    if degrees(curve.elevation + curve.half_height) > 85.0:
-        return "eight goes over the zenith"
-    window = cos(radians(values[WINDOW_ANGLE]))
-    for index in range(_CHECKED_POINTS):
-        if curve.at(2.0 * pi * index / _CHECKED_POINTS)[0] < window:
-            return "eight leaves the wind window of %.0f deg" % values[WINDOW_ANGLE]
-    possible = 1.0 / max(_LEAST_TURNING, line_length * values[TURN_K] * values[STEER_MAX])
-    tightest = tightest_turn(curve)
-    if tightest < possible:
-        return "eight turns in %.1f deg, kite only in %.1f" % (degrees(tightest), degrees(possible))
-    return None
+
+    def __init__(self):
+        self._curve = FigureEight()
+        self._next = 0
+        self._most_curvature = 0.0
+        self._curvature = 0.0
+        self._window = 0.0
+        self._window_angle = 0.0
+        self.done = False
+        self.problem = None  # in at most 50 characters, when done
+
+    def begin(self, values, line_length):
+        """Start on the eight of the parameters' `values`, flown on a line of `line_length` [m]."""
+        curve = self._curve
+        curve.load(values)
+        self._next = 0
+        self._curvature = 0.0
+        self._most_curvature = line_length * values[TURN_K] * values[STEER_MAX]
+        self._window_angle = values[WINDOW_ANGLE]
+        self._window = cos(radians(values[WINDOW_ANGLE]))
+        self.problem = None
+        least = degrees(curve.elevation - curve.half_height)
+        if least < values[EIGHT_LEAST_EL]:
+            self.problem = "eight goes down to %.1f deg, least is %.1f" % (least, values[EIGHT_LEAST_EL])
+        elif degrees(curve.elevation + curve.half_height) > _HIGHEST:
+            self.problem = "eight goes over the zenith"
+        self.done = self.problem is not None
+
+    def advance(self):
+        """Look at the next few points."""
+        for _ in range(_POINTS_PER_CALL):
+            if self.done:
+                return
+            s = pi * self._next / _CHECKED_POINTS
+            if self._curve.at(s)[0] < self._window:
+                self.problem = "eight leaves the wind window of %.0f deg" % self._window_angle
+            curvature = abs(self._curve.geodesic_curvature(s))
+            if not curvature <= self._curvature:
+                self._curvature = curvature
+            self._next += 1
+            if self._next == _CHECKED_POINTS and self._curvature > self._most_curvature:
+                self.problem = "eight turns in %.1f deg, kite only in %.1f" % (
+                    degrees(1.0 / self._curvature), degrees(1.0 / self._most_curvature))
+            self.done = self.problem is not None or self._next == _CHECKED_POINTS
