@@ -1,7 +1,9 @@
-"""Runs the autopilot: in lockstep with a bridge, or in real time on the board's own clock."""
+"""Runs the autopilot: in lockstep with a bridge, or in real time on a board's own clock."""
 
-from .generated_messages import KITE_TICK_END
+from .generated_messages import KITE_SENSORS, KITE_TICK_END
 from .ticks import ticks_add, ticks_diff
+
+_BOARD = 1  # system and component that a board's own sensors come from
 
 
 def run_lockstep(autopilot, transport, silence_ms):
@@ -26,21 +28,37 @@ def step_lockstep(autopilot, inbox):
         link.flush()
 
 
-def run_real_time(autopilot, transport, ticks_us, silence_ms):
-    """Run a tick each period of `ticks_us()`; return when nothing has come for `silence_ms`."""
-    due = heard = ticks_us()
-    while ticks_diff(due, heard) < silence_ms * 1000:
+def run_real_time(autopilot, board):
+    """Run a tick each period of the board's clock, until `board.ended()`.
+
+    Only a tick that has come to its end feeds the watchdog: a loop that hangs anywhere resets the board.
+    """
+    ticks_us = board.ticks_us
+    due = ticks_us()
+    while not board.ended():
         while True:
-            left = ticks_diff(due, ticks_us())
-            if left <= 0:
+            left_us = ticks_diff(due, ticks_us())
+            if left_us <= 0:
                 break
-            if transport.wait(left // 1000):
-                heard = ticks_us()
+            if board.transport.wait(left_us // 1000):
                 autopilot.link.receive(autopilot.inbox)
         start = ticks_us()
-        autopilot.link.receive(autopilot.inbox)
-        autopilot.tick(start)
+        step_real_time(autopilot, board, start)
         autopilot.note_tick_time(ticks_diff(ticks_us(), start))
         due = ticks_add(due, autopilot.period_us)
         if ticks_diff(ticks_us(), due) > autopilot.period_us:  # far behind: start the beat anew
             due = ticks_us()
+
+
+def step_real_time(autopilot, board, now):
+    """One tick of a board: its sensors in, its actuator out."""
+    autopilot.link.receive(autopilot.inbox)
+    if board.sensors is not None:
+        sample = board.sensors.sample(now)
+        if sample is not None:
+            autopilot.inbox.put(KITE_SENSORS, sample, _BOARD, _BOARD)
+    autopilot.tick(now)
+    if board.actuator is not None:
+        board.actuator.write(autopilot.steering.asked, autopilot.modes.armed())
+    board.watchdog.feed()
+    board.light.show(autopilot.modes.mode, autopilot.modes.stale, now)

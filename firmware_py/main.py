@@ -4,33 +4,25 @@ It talks UDP to the bridge at HOST:PORT and ends after ten seconds of its silenc
 """
 
 import sys
-import time
 
 from .autopilot import Autopilot
+from .board_unix import UnixBoard
 from .loop import run_lockstep, run_real_time
 from .mavlink_link import MavlinkLink
-from .ticks import MASK
 from .udp_transport import UdpTransport
 
 _SILENCE_MS = 10000
-
-
-def _ticks_us():
-    """The clock of the platform, in the firmware's wrap: MicroPython has ticks, CPython nanoseconds."""
-    if hasattr(time, "ticks_us"):
-        return getattr(time, "ticks_us")() & MASK  # noqa: B009  unknown to CPython's type stubs
-    return time.monotonic_ns() // 1000 & MASK
 
 
 def main(arguments):
     """Run until the bridge falls silent; `arguments` are host, port and pace."""
     host, port, pace = arguments
     transport = UdpTransport(host, int(port))
-    autopilot = Autopilot(MavlinkLink(transport), pace == "lockstep")
     if pace == "lockstep":
-        run_lockstep(autopilot, transport, _SILENCE_MS)
+        run_lockstep(Autopilot(MavlinkLink(transport), True), transport, _SILENCE_MS)
     else:
-        run_real_time(autopilot, transport, _ticks_us, _SILENCE_MS)
+        board = UnixBoard(transport, _SILENCE_MS)
+        run_real_time(Autopilot(MavlinkLink(board.transport)), board)
 
 
 if __name__ == "__main__":

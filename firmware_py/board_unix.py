@@ -1,0 +1,50 @@
+"""A PC as the board: CPython, or MicroPython's unix port. Samples come over the link and steering leaves by it."""
+
+import time
+
+from .board_interface import POWER_ON, NoLight, NoWatchdog
+from .ticks import MASK, ticks_diff
+
+
+class UnixBoard:
+    """Ends after `silence_ms` without anything on its `transport`, so that no process is left behind."""
+
+    sensors = None
+    actuator = None
+    storage = None
+    retained = None
+    reset_cause = POWER_ON
+
+    def __init__(self, transport, silence_ms):
+        self.transport = self
+        self.datagrams = transport.datagrams
+        self.watchdog = NoWatchdog()
+        self.light = NoLight()
+        self._transport = transport
+        self._silence_us = silence_ms * 1000
+        self._heard = self.ticks_us()
+
+    def ticks_us(self):
+        """The clock of the platform, in the firmware's wrap: MicroPython has ticks, CPython nanoseconds."""
+        if hasattr(time, "ticks_us"):
+            return getattr(time, "ticks_us")() & MASK  # noqa: B009  unknown to CPython's type stubs
+        return time.monotonic_ns() // 1000 & MASK
+
+    def ended(self):
+        """True when nothing has come for too long."""
+        return ticks_diff(self.ticks_us(), self._heard) > self._silence_us
+
+    def read(self):
+        """What has arrived, or None."""
+        data = self._transport.read()
+        if data:
+            self._heard = self.ticks_us()
+        return data
+
+    def write(self, data):
+        """Send `data`."""
+        self._transport.write(data)
+
+    def wait(self, timeout_ms):
+        """Wait for something to arrive; False if nothing came within `timeout_ms`."""
+        return self._transport.wait(timeout_ms)
