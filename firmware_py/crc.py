@@ -18,8 +18,8 @@ def _table():
 _TABLE = _table()
 
 
-def crc_bytes(data, start, end, crc=START):
-    """CRC of `data[start:end]`, continued from `crc`."""
+def crc_bytes_plain(data, start, end, crc):
+    """CRC of `data[start:end]`, continued from `crc`, on any interpreter."""
     table = _TABLE
     for index in range(start, end):
         crc = (crc >> 8) ^ table[(crc ^ data[index]) & 0xFF]
@@ -29,3 +29,9 @@ def crc_bytes(data, start, end, crc=START):
 def crc_byte(value, crc):
     """`crc` continued by one byte."""
     return (crc >> 8) ^ _TABLE[(crc ^ value) & 0xFF]
+
+
+try:
+    from .crc_viper import crc_bytes
+except (ImportError, SyntaxError):  # CPython, or a port without native code
+    crc_bytes = crc_bytes_plain

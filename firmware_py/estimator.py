@@ -30,6 +30,7 @@ _HISTORY = 32
 _FROM_COURSE = 1.0
 _FROM_POSITIONS = 2.0
 _FROM_HEADING = 3.0
+_STANDING = 1e-6  # a chord no longer than this is rounding, and has no direction [rad]
 _SLACK = 0.003  # a jump of this size is sensor noise, however short the time [rad]
 
 
@@ -86,7 +87,8 @@ class Estimator:
         self._oldest = 0  # the position that the chord starts from
         self._chord = 0.0
         self._span = 0.0
-        self._turning = 0.0  # smoothed rate of the chord's direction [rad/s]
+        self._turning = 0.0  # smoothed rate of the chord's direction, without the meridians' turning [rad/s]
+        self._azimuth_step = 0.0
 
     def age_us(self, now):
         """Time since the newest sample arrived [us]; None when there never was one."""
@@ -150,6 +152,7 @@ class Estimator:
         """Take over the quantities that are valid; stand in for the others."""
         config = self.config
         valid = self.valid = sample[9]
+        self._azimuth_step = sample[1] - self.azimuth
         self.azimuth = sample[1]
         self.elevation = sample[2]
         self.distance = sample[3] if valid & KITE_VALID_DISTANCE else config.line_length
@@ -209,9 +212,9 @@ class Estimator:
         across = self.frame.across(x, y)
         length = sqrt(up * up + across * across)
         self.speed = length * self.distance / span
-        chord = atan2(-across, -up) if length > 0.0 else self._chord
-        if self._count > 2 and length > 0.0:
-            rate = wrap(chord - self._chord) / self.interval
+        chord = atan2(-across, -up) if length > _STANDING else self._chord
+        if self._count > 2 and length > _STANDING:
+            rate = wrap(chord - self._chord + self.frame.z * wrap(self._azimuth_step)) / self.interval
             self._turning += (rate - self._turning) * self.interval / (self.interval + self.config.course_window)
         self._chord = chord
         self._span = span

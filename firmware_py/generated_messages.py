@@ -68,7 +68,7 @@ KITE_STATUS_SLEWED = 4
 KITE_STATUS_COASTING = 8
 KITE_STATUS_AIRSPEED_FLOOR = 16
 
-CONTRACT_HASH = '30dac06975e243e7'
+CONTRACT_HASH = '30194199c6f669b9'
 
 # id: (struct format in wire order, CRC extra, length of the payload, its length in MAVLink 1)
 MESSAGES = {

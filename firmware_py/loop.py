@@ -1,6 +1,8 @@
 """Runs the autopilot: in lockstep with a bridge, or in real time on a board's own clock."""
 
+from .collector import Collector
 from .generated_messages import KITE_SENSORS, KITE_TICK_END
+from .generated_parameters import COLLECT_TICKS
 from .ticks import ticks_add, ticks_diff
 
 _BOARD = 1  # system and component that a board's own sensors come from
@@ -34,6 +36,7 @@ def run_real_time(autopilot, board):
     Only a tick that has come to its end feeds the watchdog: a loop that hangs anywhere resets the board.
     """
     ticks_us = board.ticks_us
+    collector = Collector(ticks_us)
     due = ticks_us()
     while not board.ended():
         while True:
@@ -46,6 +49,7 @@ def run_real_time(autopilot, board):
         step_real_time(autopilot, board, start)
         autopilot.note_tick_time(ticks_diff(ticks_us(), start))
         due = ticks_add(due, autopilot.period_us)
+        collector.collect_if_due(autopilot.parameters.values[COLLECT_TICKS], ticks_diff(due, ticks_us()))
         if ticks_diff(ticks_us(), due) > autopilot.period_us:  # far behind: start the beat anew
             due = ticks_us()
 

@@ -6,7 +6,7 @@ Whatever arrives, nothing is raised; what cannot be used is counted.
 
 import struct
 
-from .crc import crc_byte, crc_bytes
+from .crc import START, crc_byte, crc_bytes
 from .generated_messages import MESSAGES
 
 _V1 = 0xFE
@@ -116,7 +116,7 @@ class Decoder:
             payload = start + 10
         layout, extra, full_length, _ = MESSAGES[message]
         end = payload + length
-        if crc_byte(extra, crc_bytes(buffer, start + 1, end)) != buffer[end] | buffer[end + 1] << 8:
+        if crc_byte(extra, crc_bytes(buffer, start + 1, end, START)) != buffer[end] | buffer[end + 1] << 8:
             self.bad_crc += 1
             return False
         self.message = message

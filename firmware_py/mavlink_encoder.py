@@ -2,7 +2,7 @@
 
 import struct
 
-from .crc import crc_byte, crc_bytes
+from .crc import START, crc_byte, crc_bytes
 from .generated_messages import MESSAGES
 
 LONGEST_FRAME = 280  # header 10, payload 255, CRC 2, signature 13
@@ -37,7 +37,7 @@ class Encoder:
         buffer[offset + 8] = (message >> 8) & 0xFF
         buffer[offset + 9] = message >> 16
         end = payload + length
-        crc = crc_byte(extra, crc_bytes(buffer, offset + 1, end))
+        crc = crc_byte(extra, crc_bytes(buffer, offset + 1, end, START))
         buffer[end] = crc & 0xFF
         buffer[end + 1] = crc >> 8
         self.sequence = (self.sequence + 1) & 0xFF

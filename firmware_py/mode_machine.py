@@ -68,7 +68,7 @@ class ModeMachine:
             return "arm first"
         if self.stale:
             return "samples are stale"
-        if mode == KITE_MODE_TRACK and curve_problem is not None:
+        if mode == KITE_MODE_TRACK and mode != self.mode and curve_problem is not None:
             return curve_problem
         if mode == KITE_MODE_MANUAL:
             self._manual_time = now

@@ -191,7 +191,7 @@ class Requests:
         return MAV_RESULT_ACCEPTED
 
     def _set_mode(self, mode, now):
-        if not 0.0 <= mode <= 255.0:
+        if not 0.0 <= mode <= 255.0 or mode % 1.0:
             return MAV_RESULT_DENIED
         reason = self._modes.command(int(mode), now, self._check.problem)
         if reason is None:

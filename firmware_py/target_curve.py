@@ -89,11 +89,12 @@ class CurveCheck:
     """Whether a kite can fly an eight: a few points of it a call, so that no tick of a flight takes long.
 
     The tightest turn that a kite can fly has the angular radius 1 / (line length * K * u_max), whatever its speed.
-    The eight's two halves are mirror images, so one of them is looked at.
+    The eight's two halves are mirror images, so one of them is looked at: the one that lies further from downwind.
     """
 
     def __init__(self):
         self._curve = FigureEight()
+        self._first = 0.0  # the s that the half begins with
         self._next = 0
         self._most_curvature = 0.0
         self._curvature = 0.0
@@ -106,16 +107,17 @@ class CurveCheck:
         """Start on the eight of the parameters' `values`, flown on a line of `line_length` [m]."""
         curve = self._curve
         curve.load(values)
+        self._first = 0.0 if curve.azimuth >= 0.0 else pi
         self._next = 0
         self._curvature = 0.0
-        self._most_curvature = line_length * values[TURN_K] * values[STEER_MAX]
+        self._most_curvature = max(_LEAST_TURNING, line_length * values[TURN_K] * values[STEER_MAX])
         self._window_angle = values[WINDOW_ANGLE]
         self._window = cos(radians(values[WINDOW_ANGLE]))
         self.problem = None
-        least = degrees(curve.elevation - curve.half_height)
+        least = values[EIGHT_ELEVATION] - values[EIGHT_HALF_H]
         if least < values[EIGHT_LEAST_EL]:
             self.problem = "eight goes down to %.1f deg, least is %.1f" % (least, values[EIGHT_LEAST_EL])
-        elif degrees(curve.elevation + curve.half_height) > _HIGHEST:
+        elif values[EIGHT_ELEVATION] + values[EIGHT_HALF_H] > _HIGHEST:
             self.problem = "eight goes over the zenith"
         self.done = self.problem is not None
 
@@ -124,7 +126,7 @@ class CurveCheck:
         for _ in range(_POINTS_PER_CALL):
             if self.done:
                 return
-            s = pi * self._next / _CHECKED_POINTS
+            s = self._first + pi * self._next / _CHECKED_POINTS
             if self._curve.at(s)[0] < self._window:
                 self.problem = "eight leaves the wind window of %.0f deg" % self._window_angle
             curvature = abs(self._curve.geodesic_curvature(s))
