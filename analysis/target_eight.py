@@ -72,9 +72,17 @@ class TargetEight(NamedTuple):
     def nearest(self, position: Array) -> tuple[Array, Array]:
         """Path parameter of the nearest point, and the great-circle distance [rad] to it, for positions (n, 3).
 
-        The best of 256 points, refined by Newton's method on the cosine of the distance.
+        On each of the two strands that cross, the best of 128 points, refined by Newton's method on the cosine of
+        the distance; then the nearer one.
         """
-        grid = np.arange(_COARSE) * (2 * np.pi / _COARSE)
+        grid = (np.arange(_COARSE) / _COARSE - 0.25) * 2 * np.pi
+        strands = [self._nearest_of(position, half) for half in np.split(grid, 2)]
+        distances = [great_circle_distance(position, self.position(s)) for s in strands]
+        first = distances[0] <= distances[1]
+        return np.where(first, *strands), np.where(first, *distances)
+
+    def _nearest_of(self, position: Array, grid: Array) -> Array:
+        """Path parameter of the nearest point to each position, starting from the best of `grid`."""
         s = grid[np.argmax(position @ self.position(grid).T, axis=1)]
         for _ in range(_REFINEMENTS):
             first, second = self.derivatives(s)
@@ -82,7 +90,7 @@ class TargetEight(NamedTuple):
             curvature = -np.sum(position * second, axis=-1)
             step = slope / np.where(curvature > 1e-6, curvature, np.inf)
             s = s + np.clip(step, -np.pi / _COARSE, np.pi / _COARSE)
-        return s, great_circle_distance(position, self.position(s))
+        return s
 
 
 def great_circle_distance(first: Array, second: Array) -> Array:

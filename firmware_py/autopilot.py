@@ -12,6 +12,7 @@ from .generated_messages import (
 from .generated_parameters import LOOP_HZ, SYSTEM_ID
 from .guidance import Guidance
 from .inbox import Inbox
+from .keeper import Keeper
 from .mode_machine import ModeMachine
 from .parameters import Parameters
 from .requests import Requests
@@ -28,9 +29,10 @@ class Autopilot:
 
     The link has `send(message, values)`, `receive(inbox)`, `flush()`, `set_system(id)` and `counters()`.
     Another outer loop may be put in the place of `guidance`: it needs what Guidance has, bar its settings.
+    `storage`, `retained` and `reset_cause` are the board's (board_interface.py); without them nothing is kept or told.
     """
 
-    def __init__(self, link, lockstep=False):
+    def __init__(self, link, lockstep=False, storage=None, retained=None, reset_cause=None):
         self.link = link
         self.inbox = Inbox()
         self.parameters = Parameters()
@@ -40,7 +42,8 @@ class Autopilot:
         self.steering = Steering()
         self.telemetry = Telemetry(link, self)
         self.modes = ModeMachine(self.parameters, self.kite, self.telemetry.say)
-        self.requests = Requests(self.parameters, self.modes, self.kite, link, self.telemetry.say)
+        self.keeper = Keeper(self.parameters, self.modes, storage, retained, self.telemetry.say)
+        self.requests = Requests(self.parameters, self.modes, self.kite, self.keeper, link, self.telemetry.say)
         self.target_course = 0.0
         self.period_us = 20000
         self.tick_us = 0
@@ -50,6 +53,7 @@ class Autopilot:
         self._uptime_us = 0  # does not wrap
         self._last_tick = None
         self._loaded = -1
+        self.keeper.start(reset_cause)
 
     def tick(self, now):
         """Run the loop once at `now` [us, wrapped]. The link has put what arrived into `inbox` before."""
@@ -66,6 +70,7 @@ class Autopilot:
             HIL_ACTUATOR_CONTROLS, (self._uptime_us, self._flags, self.steering.asked) + _NO_CONTROLS + (0,)
         )
         self.requests.serve(self.inbox, now, self._uptime_us)
+        self.keeper.update(now)  # before the link is flushed: what is acknowledged is kept
         self.telemetry.send_due(now, self._uptime_us)
         self.link.flush()
 

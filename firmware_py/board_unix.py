@@ -3,23 +3,27 @@
 import time
 
 from .board_interface import POWER_ON, NoLight, NoWatchdog
+from .file_storage import FileStorage
 from .ticks import MASK, ticks_diff
 
 
 class UnixBoard:
-    """Ends after `silence_ms` without anything on its `transport`, so that no process is left behind."""
+    """Ends after `silence_ms` without anything on its `transport`, so that no process is left behind.
+
+    Parameters are kept in `storage_folder`, if one is given.
+    """
 
     sensors = None
     actuator = None
-    storage = None
     retained = None
     reset_cause = POWER_ON
 
-    def __init__(self, transport, silence_ms):
+    def __init__(self, transport, silence_ms, storage_folder=None):
         self.transport = self
         self.datagrams = transport.datagrams
         self.watchdog = NoWatchdog()
         self.light = NoLight()
+        self.storage = None if storage_folder is None else FileStorage(storage_folder)
         self._transport = transport
         self._silence_us = silence_ms * 1000
         self._heard = self.ticks_us()

@@ -1,6 +1,6 @@
 """Where received messages wait for the control loop: the newest sample, the lockstep tick, and a bounded queue."""
 
-from .generated_messages import KITE_SENSORS, KITE_TICK
+from .generated_messages import COMMAND_LONG, KITE_SENSORS, KITE_TICK, MAV_CMD_COMPONENT_ARM_DISARM
 from .ticks import ticks_diff
 
 _ROOM = 64
@@ -22,6 +22,11 @@ class Inbox:
                 self.sample = values
         elif message == KITE_TICK:
             self.tick = values
+        elif message == COMMAND_LONG and values[7] == MAV_CMD_COMPONENT_ARM_DISARM and values[0] == 0.0:
+            if len(self.requests) >= _ROOM:
+                self.requests.pop()
+                self.refused += 1
+            self.requests.insert(0, (message, values, system, component))  # a disarm waits for nobody
         elif len(self.requests) < _ROOM:
             self.requests.append((message, values, system, component))
         else:

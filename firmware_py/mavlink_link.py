@@ -4,7 +4,7 @@ from .generated_messages import HIL_ACTUATOR_CONTROLS, KITE_TICK_END
 from .mavlink_decoder import Decoder
 from .mavlink_encoder import LONGEST_FRAME, Encoder
 
-_DATAGRAM = 1400  # frames are gathered up to this size [bytes]
+_DATAGRAM = 1120  # frames are gathered until they pass this size [bytes]; one more still fits a network packet
 _BYTES_PER_TICK = 16384
 _COMPONENT = 1  # MAV_COMP_ID_AUTOPILOT1
 

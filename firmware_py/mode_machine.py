@@ -57,6 +57,11 @@ class ModeMachine:
         if self.armed():
             self._enter(KITE_MODE_STANDBY, "disarmed")
 
+    def recover(self):
+        """Fly on in PARK after a reset in flight: armed, and neutral until samples have come for a while."""
+        self.stale = True
+        self._enter(KITE_MODE_PARK, "back after a reset", MAV_SEVERITY_CRITICAL)
+
     def command(self, mode, now, curve_problem):
         """Change to `mode` as an operator asked; return None, or why not."""
         if not 0 <= mode < len(NAMES):
@@ -117,6 +122,7 @@ class ModeMachine:
             if self.armed():
                 back = self._resume if self._values[RESUME_TRACK] else KITE_MODE_PARK
                 self._manual_time = now
+                self.manual_steering = 0.0
                 self._enter(back, "samples fresh again")
         self._was_missing = missing
 

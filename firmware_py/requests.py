@@ -11,6 +11,7 @@ from .generated_messages import (
     MANUAL_CONTROL,
     MAV_CMD_COMPONENT_ARM_DISARM,
     MAV_CMD_DO_SET_MODE,
+    MAV_CMD_PREFLIGHT_STORAGE,
     MAV_CMD_REQUEST_MESSAGE,
     MAV_PARAM_ERROR_DOES_NOT_EXIST,
     MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE,
@@ -33,13 +34,13 @@ from .generated_messages import (
 )
 from .generated_parameters import LINE_LENGTH, PARAMETERS, SYSTEM_ID
 from .parameters import UNKNOWN
+from .storage_commands import StorageCommands
 from .target_curve import CURVE_PARAMETERS, CurveCheck
 
 FIRMWARE_VERSION = (0, 1, 0)
 _PER_TICK = 8  # requests answered in one tick
-_LISTED_PER_TICK = 2  # parameters of a list sent in one tick
+_LISTED_PER_TICK = 2  # parameters of those that nobody waits for one by one
 _COMPONENT = 1
-_NOTHING_TO_LIST = 65535
 _WAIT = True
 
 
@@ -50,15 +51,17 @@ class Requests:
     at the head of the queue, and those behind it wait too, so that all are answered in the order in which they came.
     """
 
-    def __init__(self, parameters, modes, kite, link, say):
+    def __init__(self, parameters, modes, kite, keeper, link, say):
         self._parameters = parameters
         self._modes = modes
         self._kite = kite
+        self._keeper = keeper
+        self._storage = StorageCommands(parameters, modes, keeper, say, self._announce)
         self._check = CurveCheck()
         self._checking = False
         self._link = link
         self._say = say
-        self._next_listed = _NOTHING_TO_LIST
+        self._unsent = []  # indices of parameters that are still to be sent, a few a tick
         self._clock_ns = 0
         self._handlers = {
             HEARTBEAT: self._on_heartbeat,
@@ -82,10 +85,8 @@ class Requests:
                 break
             requests.pop(0)
             self._checking = False
-        for _ in range(_LISTED_PER_TICK):
-            if self._next_listed < len(PARAMETERS):
-                self._send_parameter(self._next_listed)
-                self._next_listed += 1
+        for _ in range(min(_LISTED_PER_TICK, len(self._unsent))):
+            self._send_parameter(self._unsent.pop(0))
 
     def _for_us(self, system, component):
         return system in (0, int(self._parameters.values[SYSTEM_ID])) and component in (0, _COMPONENT)
@@ -93,10 +94,11 @@ class Requests:
     def _on_heartbeat(self, values, system, component, now):
         if values[1] == MAV_TYPE_GCS:
             self._modes.hear_station(now)
+            self._keeper.greet(system)
 
     def _on_param_request_list(self, values, system, component, now):
         if self._for_us(values[0], values[1]):
-            self._next_listed = 0
+            self._unsent = list(range(len(PARAMETERS)))
 
     def _on_param_request_read(self, values, system, component, now):
         index, target_system, target_component, name = values
@@ -150,6 +152,10 @@ class Requests:
             PARAM_VALUE, (parameters.values[index], len(PARAMETERS), index, name, MAV_PARAM_TYPE_REAL32)
         )
 
+    def _announce(self, index):
+        if index not in self._unsent:
+            self._unsent.append(index)
+
     def _refuse_parameter(self, index, name, error, system, component):
         self._link.send(PARAM_ERROR, (index, system, component, name, error))
 
@@ -163,6 +169,8 @@ class Requests:
             result = self._arm_or_disarm(values[0], now)
         elif command == MAV_CMD_DO_SET_MODE:
             result = self._set_mode(values[1], now)
+        elif command == MAV_CMD_PREFLIGHT_STORAGE:
+            result = self._storage.run(values[0])
         elif command == MAV_CMD_REQUEST_MESSAGE:
             result = MAV_RESULT_ACCEPTED if values[0] == AUTOPILOT_VERSION else MAV_RESULT_UNSUPPORTED
         else:
@@ -215,7 +223,7 @@ class Requests:
 
     def _on_timesync(self, values, system, component, now):
         if values[0] == 0:
-            self._link.send(TIMESYNC, (self._clock_ns, values[1]))
+            self._link.send(TIMESYNC, (self._clock_ns or 1, values[1]))  # 0 would be a question
 
     def _on_ping(self, values, system, component, now):
         time_usec, sequence, target_system, target_component = values

@@ -110,9 +110,9 @@ def firmware_parameters(table_text: str) -> str:
 
 
 def contract_hash(files: list[mavparse.MAVXML], table_text: str) -> str:
-    """Hash of what both sides must agree on: ids, layouts, CRC extras, names and limits; not of prose."""
+    """Hash of what both sides must agree on: ids, layouts, CRC extras, names, limits and units; not of prose."""
     messages = sorted((m.id, m.name, _struct_format(m), m.crc_extra) for file in files for m in file.message)
-    parameters = [tuple(p[:5]) + tuple(p[8:]) for p in parse_parameters(table_text).values()]
+    parameters = [tuple(p[:6]) + tuple(p[8:]) for p in parse_parameters(table_text).values()]
     return hashlib.sha256(repr((messages, parameters)).encode()).hexdigest()
 
 
