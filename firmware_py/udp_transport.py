@@ -1,7 +1,12 @@
-"""Bytes over UDP, for the PC (CPython and MicroPython's unix port)."""
+"""Bytes over UDP: on the PC (CPython and MicroPython's unix port) and on boards with Wi-Fi.
+
+An address is whatever `getaddrinfo` makes of it: sockaddr bytes on the unix port, a tuple elsewhere.
+"""
 
 import select
 import socket
+
+_LONGEST = 2048
 
 
 class UdpTransport:
@@ -15,13 +20,20 @@ class UdpTransport:
         self._peer = socket.getaddrinfo(host, port)[0][-1]
         self._poll = select.poll()
         self._poll.register(self._socket, select.POLLIN)
+        self._buffer = bytearray(_LONGEST)  # made once: a fresh one a tick would shred the heap of a board
+        self._view = memoryview(self._buffer)
+        if hasattr(self._socket, "readinto"):  # MicroPython
+            self._read_into = getattr(self._socket, "readinto")  # noqa: B009  unknown to CPython's type stubs
+        else:
+            self._read_into = self._socket.recv_into
 
     def read(self):
-        """One datagram, or None."""
+        """One datagram, or None; good until the next call."""
         try:
-            return self._socket.recv(2048)
+            size = self._read_into(self._buffer)
         except OSError:  # nothing there, or the peer is gone
             return None
+        return self._view[:size] if size else None
 
     def write(self, data):
         """Send `data` as one datagram; what cannot be sent is lost, as on any radio."""

@@ -10,12 +10,14 @@ from typing import Any
 from analysis.metrics import UNSTABLE_TURNING_ANGLE
 from analysis.plots import new_figure, plot_flight, save
 from sim_bridge.bench import bench as measure_speed
+from sim_bridge.bench_micropython import bench_micropython
 from sim_bridge.flight import COLUMNS, Flight
+from sim_bridge.hil import fly_board
 from sim_bridge.paper import make_paper
 from sim_bridge.replay import play, plot_replay
 from sim_bridge.run import RecordedGround, RunOptions, RunResult, run_scenario
 from sim_bridge.run_log import format_row, read_run
-from sim_bridge.scenario import ScenarioError, load_scenario, scenario_names
+from sim_bridge.scenario import Scenario, ScenarioError, load_scenario, scenario_names
 from sim_bridge.scenario_keys import KEYS
 
 _MODES = ("STANDBY", "MANUAL", "PARK", "TRACK")
@@ -50,6 +52,33 @@ def list_keys(options: Namespace) -> int:
 
 def run(options: Namespace) -> int:
     """`kite-sitl run`."""
+    scenario = _scenario(options)
+    result = run_scenario(scenario, _run_options(options, scenario), notice=notice)
+    _report(result, options.json)
+    _keep(result, options)
+    return 0
+
+
+def hil(options: Namespace) -> int:
+    """`kite-sitl hil`."""
+    scenario = _scenario(options)
+    options.runtime, options.speed = "hil", 1.0
+    notice("the scenario's parameters go into the board; `kite-ground param save` keeps what was there before")
+    result, board = fly_board(scenario, options.link, _run_options(options, scenario), notice)
+    if options.json:
+        print(json.dumps(result.numbers | board))
+    else:
+        _report(result, False)
+        if board["board_delay_s"] is not None:
+            print(f"the board itself takes {1000 * board['board_delay_s']:.1f} ms from sample to steering, up to "
+                  f"{1000 * board['board_jitter_s']:.1f} ms more; {1000 * board['delay_emulated_s']:.1f} ms were "
+                  f"emulated to make the {1000 * board['delay_asked_s']:.0f} ms asked for")
+    _keep(result, options)
+    return 0
+
+
+def _scenario(options: Namespace) -> Scenario:
+    """The scenario that the options name, with their changes."""
     scenario = load_scenario(options.scenario)
     for assignment in options.set:
         scenario.set_text(assignment, "--set")
@@ -59,23 +88,29 @@ def run(options: Namespace) -> int:
         scenario.set("run.seed", options.seed, "--seed")
     if options.duration is not None:
         scenario.set("run.duration_s", options.duration, "--duration")
+    return scenario
+
+
+def _run_options(options: Namespace, scenario: Scenario) -> RunOptions:
     if options.plot is not None:
         new_figure()  # says now, and not after the flight, if there is no matplotlib
-    log = Path(options.log) if options.log else None
     if options.ground and not options.json:
         print(f"ground stations: the kite sends to udp {scenario['ground.send_to']} and listens on "
               f"{scenario['ground.listen']}", flush=True)
-    result = run_scenario(scenario, RunOptions(
-        options.runtime, options.speed, options.ground, options.forever, log,
-        _print_status if options.status else None), notice=notice)
-    _report(result, options.json)
+    return RunOptions(
+        options.runtime, options.speed, options.ground, options.forever, Path(options.log) if options.log else None,
+        _print_status if options.status else None)
+
+
+def _keep(result: RunResult, options: Namespace) -> None:
+    """Say where the log is, and write the plot."""
+    log = Path(options.log) if options.log else None
     if log and not options.json:
         again = "" if result.real_time else f"   (again: kite-sitl rerun {log})"
         print(f"log: {log}{again}")
     if options.plot is not None and result.flight.rows:
-        default = log / f"{scenario.name}.png" if log else Path(f"{scenario.name}.png")
-        _save_flight(result, Path(options.plot) if options.plot else default)
-    return 0
+        name = f"{result.flight.scenario.name}.png"
+        _save_flight(result, Path(options.plot) if options.plot else log / name if log else Path(name))
 
 
 def rerun(options: Namespace) -> int:
@@ -88,7 +123,7 @@ def rerun(options: Namespace) -> int:
     scenario.set("run.duration_s", content["result"]["sim_s"], str(folder))
     period_s = 1.0 / scenario.parameter("LOOP_HZ")
     recorded = RecordedGround(datagrams, period_s) if datagrams else None
-    result = run_scenario(scenario, RunOptions(content["runtime"]), recorded, notice)
+    result = run_scenario(scenario, RunOptions(content["runtime"]), recorded, notice=notice)
     difference = _first_difference(folder / "truth.csv", result.flight)
     if options.json:
         print(json.dumps(result.numbers | {"same": difference is None, "difference": difference}))
@@ -134,7 +169,8 @@ def replay(options: Namespace) -> int:
         return 0
     eight = result.eight
     print(f"{path.name}: {numbers['reel_out_s']:.0f} s of reel-out")
-    print(f"turning angle from positions, against the recorded course: {numbers['turning_angle_rms_deg']:.2f} deg RMS, "
+    print("turning angle from positions, against the recorded course: "
+          f"{numbers['turning_angle_rms_deg']:.2f} deg RMS, "
           f"bias {numbers['turning_angle_bias_deg']:+.2f} deg")
     print(f"fitted eight: azimuth {math.degrees(eight.azimuth):+.1f} +- {math.degrees(eight.half_width):.1f} deg, "
           f"elevation {math.degrees(eight.elevation):.1f} +- {math.degrees(eight.half_height):.1f} deg, "
@@ -145,12 +181,30 @@ def replay(options: Namespace) -> int:
 
 def bench(options: Namespace) -> int:
     """`kite-sitl bench`."""
-    numbers = measure_speed(options.duration)
+    if options.runtime == "micropython":
+        return _bench_micropython(options)
+    numbers = measure_speed(options.duration or 60.0)
     if options.json:
         print(json.dumps(numbers))
         return 0
     print(f"{numbers['scenario']} in-process: {numbers['real_time_factor']:.0f} times real time, "
           f"{numbers['firmware_tick_us']:.1f} us per firmware tick, {numbers['plant_step_us']:.1f} us per plant step")
+    return 0
+
+
+def _bench_micropython(options: Namespace) -> int:
+    numbers = bench_micropython(load_scenario("small-kite"), options.duration or 600.0)
+    if options.json:
+        print(json.dumps(numbers))
+        return 0
+    print(f"{numbers['scenario']} under MicroPython, {numbers['ticks']} ticks in flight with telemetry:")
+    print(f"  a tick: {numbers['bytes_per_tick']:.0f} bytes, {numbers['bytes_per_tick_worst']} at most (half on a "
+          f"board); {numbers['us_per_tick']:.0f} us, {numbers['us_per_tick_worst']} at most, here")
+    print(f"  at most {numbers['float_results_worst_at_most']:.0f} float results: some "
+          f"{numbers['rp2040_worst_tick_ms']:.1f} ms on an RP2040, at 12 us each and 1.5 ms for its frames")
+    print(f"  heap: {numbers['free_after_import']} bytes free after import; {numbers['free_lost_bytes']} lost flying")
+    print(f"  collector: {numbers['collector_pause_worst_us']} us at most, here; "
+          f"firmware as .mpy: {numbers['mpy_bytes']} bytes")
     return 0
 
 

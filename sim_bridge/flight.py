@@ -21,7 +21,6 @@ from sim_bridge.start_state import lead_in, start_position
 from sim_bridge.turbulence import Turbulence
 
 _STEERING_BYTES = 32  # a HIL_ACTUATOR_CONTROLS frame on the wire
-_LEAD_IN_S = 2.0  # for loading parameters and arming, beyond the delay of the control path
 _SATURATED = 2  # KITE_STATUS_SATURATED
 
 # Columns of the truth, a row a tick. `state` columns are what the firmware's KITE_STATE of that tick said.
@@ -70,9 +69,10 @@ class Flight:
         seed = scenario["run.seed"]
         self._down = LinkDirection(down, f"{seed}:control.down")
         self._up = LinkDirection(up, f"{seed}:control.up")
+        self._up_delay_s = up.delay_s
         self._newest_steering = -inf
         self._preflight = Preflight(scenario)
-        self.tick = -ceil((_LEAD_IN_S + down.delay_s + down.jitter_s) / self.period_s)
+        self.tick = -ceil((runtime.lead_in_s + down.delay_s + down.jitter_s) / self.period_s)
         self._first_tick = self.tick
         self._state: tuple[Any, ...] | None = None
 
@@ -119,6 +119,10 @@ class Flight:
         """Step until `until_s`."""
         while self.time_s < until_s - 1e-9:
             self.step()
+
+    def allow_for(self, delay_s: float) -> None:
+        """A real board takes `delay_s` [s] itself: emulate only the rest of the steering's delay."""
+        self._up.settings = self._up.settings._replace(delay_s=max(0.0, self._up_delay_s - delay_s))
 
     def track(self) -> Track:
         """The flight so far, as arrays."""

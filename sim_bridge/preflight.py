@@ -10,6 +10,7 @@ from sim_bridge.wire import as_request
 
 _ASKED_PER_TICK = 4
 _REPEAT_TICKS = 15
+_EVERYBODY = 0  # there is one kite on the link, whatever its system id
 _TRACK = dialect.KITE_MODE_TRACK
 
 
@@ -18,8 +19,8 @@ class Preflight:
 
     def __init__(self, scenario: Scenario):
         self._wanted = {
-            name: scenario.parameter(name) for name, entry in load_parameters().items() if not entry.read_only}
-        self._system = int(scenario.parameter("SYSTEM_ID"))
+            name: scenario.parameter(name) for name, entry in load_parameters().items()
+            if not entry.read_only and (name != "SYSTEM_ID" or name in scenario.parameters)}
         self._asked: dict[str, float] = {}
         self._armed = False
         self._last_command = -inf
@@ -82,11 +83,11 @@ class Preflight:
     def _set(self, name: str) -> Message:
         kind = dialect.MAV_PARAM_TYPE_REAL32
         return as_request(dialect.MAVLink_param_set_message(
-            self._system, 1, name.encode(), self._wanted[name], kind))
+            _EVERYBODY, 0, name.encode(), self._wanted[name], kind))
 
     def _command(self, command: int, first: float, second: float) -> Message:
         return as_request(dialect.MAVLink_command_long_message(
-            self._system, 1, command, 0, first, second, 0.0, 0.0, 0.0, 0.0, 0.0))
+            _EVERYBODY, 0, command, 0, first, second, 0.0, 0.0, 0.0, 0.0, 0.0))
 
 
 def _text(value: bytes) -> str:

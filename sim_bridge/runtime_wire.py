@@ -3,7 +3,7 @@
 import time
 
 from protocol import dialect
-from sim_bridge.runtime import FirmwareError, Message, TickOutput, clock_us
+from sim_bridge.runtime import LEAD_IN_S, FirmwareError, Message, TickOutput, clock_us
 from sim_bridge.sensors import Sample
 from sim_bridge.wire import BridgeCodec, in_datagrams, wire_values
 
@@ -15,6 +15,7 @@ class WireRuntime:
     """A firmware in lockstep behind datagrams; subclasses say how to `_send` and `_receive` one."""
 
     name: str = "wire"
+    lead_in_s: float = LEAD_IN_S
 
     def __init__(self) -> None:
         self._codec = BridgeCodec()

@@ -57,6 +57,11 @@ def carries_control(datagram: bytes) -> bool:
     return False
 
 
+def is_tick(datagram: bytes) -> bool:
+    """True for a datagram that starts with a KITE_TICK."""
+    return int.from_bytes(datagram[7:10], "little") == dialect.MAVLINK_MSG_ID_KITE_TICK
+
+
 def in_datagrams(frames: list[bytes]) -> list[bytes]:
     """Frames gathered into datagrams of at most DATAGRAM bytes, none of them split."""
     datagrams: list[bytes] = []

@@ -1,0 +1,60 @@
+"""Hardware in the loop: a real board flies the simulated kite, through a cable or a radio."""
+
+from collections.abc import Callable
+from typing import Any
+
+from sim_bridge.hil_port import open_port
+from sim_bridge.run import RunOptions, RunResult, run_scenario
+from sim_bridge.runtime_real_time import HilRuntime
+from sim_bridge.scenario import Scenario
+from sim_bridge.sensors import SAMPLE_BYTES
+
+_STATE_BYTES = 83  # a KITE_STATE frame
+_STEERING_BYTES = 32
+_OTHER_BYTES_S = 400.0  # heartbeat, status, position, texts, answers
+_FULL = 0.9  # a link that is fuller than this makes frames wait
+
+
+def fly_board(scenario: Scenario, link: str, options: RunOptions, notice: Callable[[str], None]
+              ) -> tuple[RunResult, dict[str, Any]]:
+    """Fly `scenario` with the board at `link`; return the result, and what was measured of the board.
+
+    Raises:
+        ScenarioError: the link cannot be opened.
+        FirmwareError: the board is silent, or would not fly.
+    """
+    port = open_port(link, notice)
+    for warning in link_warnings(scenario, port.bytes_per_s):
+        notice(warning)
+    runtime = HilRuntime(port)
+    result = run_scenario(scenario, options, runtime=runtime, notice=notice)
+    own = runtime.delay()
+    asked = scenario["link.control.delay_s"]
+    measured = {
+        "board_delay_s": own[0] if own else None, "board_jitter_s": own[1] if own else None,
+        "delay_asked_s": asked, "delay_emulated_s": max(0.0, asked - own[0]) if own else asked,
+        "bytes_in": runtime.bytes_in, "bytes_out": runtime.bytes_out,
+    }
+    if own and own[0] > asked:
+        notice(f"the board alone takes {1000 * own[0]:.0f} ms, more than the {1000 * asked:.0f} ms asked for: "
+               "the loop is slower than the scenario says")
+    return result, measured
+
+
+def link_warnings(scenario: Scenario, bytes_per_s: float) -> list[str]:
+    """What does not fit through a link of `bytes_per_s` each way (0: not known), and what would help."""
+    if not bytes_per_s:
+        return []
+    loop_hz = scenario.parameter("LOOP_HZ")
+    state_hz = min(loop_hz, scenario.parameter("STATE_HZ"))
+    to_board = SAMPLE_BYTES * (scenario["sensors.rate_hz"] or loop_hz)
+    from_board = _STEERING_BYTES * loop_hz + _STATE_BYTES * state_hz + _OTHER_BYTES_S
+    warnings = []
+    if to_board > _FULL * bytes_per_s:
+        warnings.append(f"{to_board:.0f} bytes/s of samples do not fit through {bytes_per_s:.0f}: "
+                        "lower sensors.rate_hz, or use a faster link")
+    if from_board > _FULL * bytes_per_s:
+        room = (_FULL * bytes_per_s - _STEERING_BYTES * loop_hz - _OTHER_BYTES_S) / _STATE_BYTES
+        help_ = f"set --param STATE_HZ={max(1, int(room))}" if room > 1 else "use a faster link"
+        warnings.append(f"{from_board:.0f} bytes/s from the board do not fit through {bytes_per_s:.0f}: {help_}")
+    return warnings

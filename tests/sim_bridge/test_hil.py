@@ -1,0 +1,180 @@
+"""Hardware in the loop without hardware: the firmware at the far end of a pseudo-terminal, as a board on a cable."""
+
+import os
+import pty
+import select
+import socket
+import subprocess
+import sys
+import threading
+import time
+import tty
+from pathlib import Path
+
+import pytest
+
+import firmware_py
+from protocol import dialect
+from sim_bridge.flight import COLUMNS
+from sim_bridge.hil import fly_board, link_warnings
+from sim_bridge.hil_port import open_port
+from sim_bridge.run import RunOptions
+from sim_bridge.runtime_process import HEAP, micropython_command
+from sim_bridge.scenario import ScenarioError, load_scenario
+
+BAUD = 115200
+
+
+class Cable:
+    """Two pseudo-terminals joined by threads that pass bytes on no faster than a serial cable of BAUD does.
+
+    `ends` are paths that stay the same when the bridge's end is pulled out and plugged in again.
+    """
+
+    def __init__(self, folder):
+        self.ends = [folder / "bridge", folder / "board"]
+        self._pairs = [self._plug(end) for end in self.ends]
+        self._start()
+
+    def unplug(self):
+        """Pull the bridge's end out."""
+        self.ends[0].unlink()
+        for end in self._pairs[0]:
+            os.close(end)
+
+    def plug_in(self):
+        """Plug it in again: a new device under the old name."""
+        self._pairs[0] = self._plug(self.ends[0])
+        self._start()
+
+    def close(self):
+        for pair in self._pairs:
+            for end in pair:
+                os.close(end)
+
+    def _plug(self, path):
+        pair = pty.openpty()
+        for end in pair:
+            tty.setraw(end)
+        path.symlink_to(os.ttyname(pair[1]))
+        return pair
+
+    def _start(self):
+        masters = [pair[0] for pair in self._pairs]
+        for source, target in (masters, masters[::-1]):
+            threading.Thread(target=self._carry, args=(source, target), daemon=True).start()
+
+    def _carry(self, source, target):
+        while True:
+            try:
+                if not select.select([source], [], [], 0.1)[0]:
+                    continue
+                data = os.read(source, 64)
+                time.sleep(len(data) * 10 / BAUD)
+                os.write(target, data)
+            except (OSError, ValueError):
+                return
+
+
+@pytest.fixture
+def cable(tmp_path):
+    cable = Cable(tmp_path)
+    yield cable
+    cable.close()
+
+
+def firmware_on(device, interpreter, host="serial"):
+    command = [sys.executable] if interpreter == "cpython" else [str(micropython_command()), "-X", HEAP]
+    return subprocess.Popen([*command, "-m", "firmware_py.main", host, device, "realtime"],
+                            cwd=Path(firmware_py.__file__).parent.parent)
+
+
+@pytest.mark.parametrize("interpreter", ["micropython", "cpython"])
+def test_a_board_on_a_cable_tracks_the_eight_and_its_own_delay_is_measured(cable, interpreter):
+    if interpreter == "micropython" and not micropython_command():
+        pytest.skip("no MicroPython interpreter on this platform")
+    scenario = load_scenario("paper-delay-tuned")
+    scenario.set("run.duration_s", 12.0, "test")
+    scenario.set("run.settle_s", 2.0, "test")
+    scenario.set_parameter("STALE_TIME", 3.0, "test")  # a busy machine may hold either side up for a while
+    said = []
+    board = firmware_on(str(cable.ends[1]), interpreter)
+    try:
+        result, measured = fly_board(scenario, f"serial:{cable.ends[0]}:{BAUD}", RunOptions("hil", 1.0), said.append)
+    finally:
+        board.kill()
+        board.wait()
+    assert result.numbers["verdict"] == "tracking" and result.numbers["ticks"] == 600
+    assert result.numbers["cross_track_rms_rad"] < 0.12
+    # At least the bytes of sample, steering and state on the cable, and half a period's wait for the board's tick.
+    assert 0.008 < measured["board_delay_s"] < 0.1
+    assert measured["delay_emulated_s"] == pytest.approx(0.2 - measured["board_delay_s"])
+
+
+def test_a_board_on_the_network_is_answered_where_it_sends_to():
+    scenario = load_scenario("paper-delay-tuned")
+    scenario.set("run.duration_s", 3.0, "test")
+    scenario.set_parameter("STALE_TIME", 3.0, "test")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    board = firmware_on(str(port), "cpython", "127.0.0.1")
+    try:
+        result, _ = fly_board(scenario, f"udp:127.0.0.1:{port}", RunOptions("hil", 1.0), print)
+    finally:
+        board.kill()
+        board.wait()
+    assert result.numbers["ticks"] == 150 and result.numbers["steering_rms"] > 0.0
+    assert {row[COLUMNS.index("mode")] for row in result.flight.rows} == {dialect.KITE_MODE_TRACK}
+
+
+def test_an_unplugged_board_parks_and_the_flight_goes_on_when_it_is_back(cable):
+    """Fly, pull the plug, wait for the fail-safe, plug in: the board is in PARK and the bridge has said what it saw."""
+    scenario = load_scenario("paper-delay-tuned")
+    scenario.set("run.duration_s", 10.0, "test")
+    scenario.set_parameter("STALE_TIME", 1.0, "test")
+    said = []
+
+    def pull_and_plug(flight):
+        second = round(flight.time_s)
+        if second == 3:
+            cable.unplug()
+        elif second == 5:
+            cable.plug_in()
+
+    board = firmware_on(str(cable.ends[1]), "cpython")
+    try:
+        result, _ = fly_board(
+            scenario, f"serial:{cable.ends[0]}:{BAUD}", RunOptions("hil", 1.0, on_second=pull_and_plug), said.append)
+    finally:
+        board.kill()
+        board.wait()
+    mode, time_s = COLUMNS.index("mode"), COLUMNS.index("time_s")
+    rows = result.flight.rows
+    assert {row[mode] for row in rows if 1.0 < row[time_s] < 2.9} == {dialect.KITE_MODE_TRACK}
+    assert {row[mode] for row in rows if row[time_s] > 8.5} == {dialect.KITE_MODE_PARK}
+    assert "is gone" in said[0] and "is back" in said[1] and len(said) == 2
+
+
+def test_a_link_that_is_too_slow_is_said_beforehand_with_what_would_help():
+    scenario = load_scenario("small-kite")
+    assert link_warnings(scenario, 11520.0) == []
+    slow = link_warnings(scenario, 5760.0)
+    assert len(slow) == 1 and "STATE_HZ=" in slow[0]
+    assert len(link_warnings(scenario, 960.0)) == 2
+
+
+@pytest.mark.parametrize(("link", "says"), [
+    ("serial:/dev/no-such-port:115200", "/dev/no-such-port"), ("serial:x", "should be serial:DEVICE:BAUD"),
+    ("udp:host", "is not HOST:PORT"), ("usb:1", "should be serial:DEVICE:BAUD or udp:HOST:PORT"),
+])
+def test_a_wrong_link_is_one_line(link, says):
+    with pytest.raises(ScenarioError, match=says) as error:
+        open_port(link, print)
+    assert "\n" not in str(error.value)
+
+
+def test_a_silent_board_is_told_with_what_to_check(cable, monkeypatch):
+    monkeypatch.setattr("sim_bridge.hil.HilRuntime.__init__.__defaults__", (0.3,))
+    with pytest.raises(Exception, match=r"the board says nothing for 0.3 s: is it powered"):
+        fly_board(load_scenario("small-kite"), f"serial:{cable.ends[0]}:{BAUD}", RunOptions("hil", 1.0), print)
