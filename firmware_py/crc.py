@@ -33,5 +33,5 @@ def crc_byte(value, crc):
 
 try:
     from .crc_viper import crc_bytes
-except (ImportError, SyntaxError):  # CPython, or a port without native code
+except (ImportError, SyntaxError, ValueError):  # CPython, no native code here, or .mpy for another processor
     crc_bytes = crc_bytes_plain

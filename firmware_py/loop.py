@@ -58,6 +58,7 @@ def step_real_time(autopilot, board, now):
     """One tick of a board: its sensors in, its actuator out."""
     autopilot.link.receive(autopilot.inbox)
     if board.sensors is not None:
+        autopilot.inbox.sample = None  # a board with sensors of its own believes nobody else's
         sample = board.sensors.sample(now)
         if sample is not None:
             autopilot.inbox.put(KITE_SENSORS, sample, _BOARD, _BOARD)

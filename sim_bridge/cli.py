@@ -9,6 +9,8 @@ from typing import Any
 from analysis.extras import ExtraMissingError
 from analysis.flight_data import FlightDataError
 from sim_bridge import commands
+from sim_bridge.board_cli import add_board_verbs
+from sim_bridge.board_image import BoardError
 from sim_bridge.run import RUNTIMES
 from sim_bridge.runtime import FirmwareError
 from sim_bridge.scenario import ScenarioError
@@ -57,8 +59,12 @@ def _parser() -> argparse.ArgumentParser:
     replay.set_defaults(do=commands.replay)
 
     bench = verbs.add_parser("bench", help="measure how fast the loop runs on this machine")
-    bench.add_argument("--duration", type=_positive, default=60.0, metavar="S", help="simulated seconds (60)")
+    bench.add_argument("--runtime", choices=("inproc", "micropython"), default="inproc",
+                       help="inproc: speed of the loop here; micropython: memory and time of a tick (default: inproc)")
+    bench.add_argument("--duration", type=_positive, metavar="S",
+                       help="simulated seconds (60; 600 for micropython)")
     bench.set_defaults(do=commands.bench)
+    add_board_verbs(verbs)
     for verb in (listing, keys, rerun, paper, replay, bench):
         verb.add_argument("--json", action="store_true", help="print JSON for a script")
     return parser
@@ -73,27 +79,44 @@ def _add_run(verbs: Any) -> None:
         "  kite-sitl run paper-delay --param INNER_P=1.84 --plot\n"
         "  kite-sitl run small-kite --set link.control.jitter_s=0.03 --set link.control.loss=0.05 --seed 7\n"
         "  kite-sitl run v3-flight --runtime cpython --speed 1 --ground --status --forever")
-    run.add_argument("scenario", metavar="NAME", help="a scenario of `kite-sitl list`, or a .toml file")
-    run.add_argument("--set", action="append", default=[], metavar="section.key=value",
-                     help="change a key of the scenario (see `kite-sitl keys`)")
-    run.add_argument("--param", action="append", default=[], metavar="NAME=value", help="change a firmware parameter")
     run.add_argument("--runtime", choices=RUNTIMES, default="inproc",
                      help="where the firmware runs: in this process, or in one of its own (default: inproc)")
     run.add_argument("--speed", type=_speed, default=float("inf"), metavar="max|N",
                      help="max: as fast as it goes, in lockstep; N: N times real time; "
                      "1 with a process of its own: the firmware keeps its own time (default: max)")
-    run.add_argument("--seed", type=int, help="seed of everything random (run.seed)")
-    length = run.add_mutually_exclusive_group()
+    run.set_defaults(do=commands.run)
+    hil = verbs.add_parser(
+        "hil", help="fly a real board on the simulated kite", formatter_class=argparse.RawDescriptionHelpFormatter,
+        description="Hardware in the loop: a board with SENSORS = 'hil' flies the simulated kite in real time,\n"
+        "through its own link. The scenario's parameters are loaded into the board. The board's own delay is\n"
+        "measured, and the emulated one shortened by it.",
+        epilog="examples:\n"
+        "  kite-sitl hil --link serial:/dev/ttyACM0:115200 small-kite --status\n"
+        "  kite-sitl hil --link udp:0.0.0.0:14555 v3-flight --ground --forever")
+    hil.add_argument("--link", required=True, metavar="LINK",
+                     help="serial:DEVICE:BAUD, or udp:HOST:PORT: where the board sends to")
+    hil.set_defaults(do=commands.hil)
+    for verb in (run, hil):
+        _add_flight(verb)
+
+
+def _add_flight(verb: argparse.ArgumentParser) -> None:
+    """What a flight takes, wherever the firmware is."""
+    verb.add_argument("scenario", metavar="NAME", help="a scenario of `kite-sitl list`, or a .toml file")
+    verb.add_argument("--set", action="append", default=[], metavar="section.key=value",
+                      help="change a key of the scenario (see `kite-sitl keys`)")
+    verb.add_argument("--param", action="append", default=[], metavar="NAME=value", help="change a firmware parameter")
+    verb.add_argument("--seed", type=int, help="seed of everything random (run.seed)")
+    length = verb.add_mutually_exclusive_group()
     length.add_argument("--duration", type=_positive, metavar="S", help="length of the flight (run.duration_s)")
     length.add_argument("--forever", action="store_true", help="fly until Ctrl-C")
-    run.add_argument("--ground", action="store_true",
-                     help="open the ground path: ground stations find the kite on UDP 127.0.0.1:14550")
-    run.add_argument("--log", metavar="DIR", help="write the run log into this new folder")
-    run.add_argument("--status", action="store_true", help="a status line each second of flight")
-    run.add_argument("--plot", nargs="?", const="", metavar="FILE",
-                     help="plot the flight (default: NAME.png here, or in the run log's folder)")
-    run.add_argument("--json", action="store_true", help="print the result as JSON")
-    run.set_defaults(do=commands.run)
+    verb.add_argument("--ground", action="store_true",
+                      help="open the ground path: ground stations find the kite on UDP 127.0.0.1:14550")
+    verb.add_argument("--log", metavar="DIR", help="write the run log into this new folder")
+    verb.add_argument("--status", action="store_true", help="a status line each second of flight")
+    verb.add_argument("--plot", nargs="?", const="", metavar="FILE",
+                      help="plot the flight (default: NAME.png here, or in the run log's folder)")
+    verb.add_argument("--json", action="store_true", help="print the result as JSON")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -102,7 +125,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # end as cleanly as on Ctrl-C
     try:
         return options.do(options)
-    except (ScenarioError, FlightDataError, FirmwareError, ExtraMissingError) as error:
+    except (ScenarioError, FlightDataError, FirmwareError, ExtraMissingError, BoardError) as error:
         print(f"kite-sitl: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:

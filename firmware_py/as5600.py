@@ -1,0 +1,44 @@
+"""The AS5600 magnetic encoder: 4096 steps a turn, over I2C.
+
+Its address cannot be changed, so each encoder needs an I2C bus of its own.
+"""
+
+ADDRESS = 0x36
+STEPS = 4096
+_STATUS = 0x0B  # the raw angle, high byte first, is in the two registers behind it
+_TOO_STRONG = 0x08
+_TOO_WEAK = 0x10
+_DETECTED = 0x20
+
+
+class As5600:
+    """One encoder on `i2c`, an object with `readfrom_mem_into(address, register, buffer)`."""
+
+    def __init__(self, i2c):
+        self._i2c = i2c
+        self._buffer = bytearray(3)
+        self.raw = 0  # 0 to 4095, as read last
+        self.magnet = 0  # bits of the status register, as read last
+
+    def read(self):
+        """Read status and raw angle in one transfer; False if the encoder does not answer."""
+        try:
+            self._i2c.readfrom_mem_into(ADDRESS, _STATUS, self._buffer)
+        except OSError:
+            return False
+        buffer = self._buffer
+        self.magnet = buffer[0]
+        self.raw = (buffer[1] << 8 | buffer[2]) & 0xFFF
+        return True
+
+    def has_magnet(self):
+        """True when a magnet was there at the last reading; without one the angle means nothing."""
+        return bool(self.magnet & _DETECTED)
+
+    def magnet_advice(self):
+        """What to do about the magnet, as seen at the last reading; empty if it sits well."""
+        if not self.magnet & _DETECTED:
+            return "no magnet"
+        if self.magnet & _TOO_WEAK:
+            return "magnet weak: bring it nearer"
+        return "magnet strong: move it away" if self.magnet & _TOO_STRONG else ""

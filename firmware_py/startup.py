@@ -1,0 +1,126 @@
+"""From power-on to the loop: settings, board, a way out, flight. What goes wrong is told, and leaves the console."""
+
+import sys
+import time
+
+from .autopilot import Autopilot
+from .board_interface import WATCHDOG
+from .board_settings import check_settings
+from .generated_parameters import SYSTEM_ID
+from .loop import run_real_time
+from .mavlink_link import MavlinkLink
+from .status_light import SETTINGS, STOPPED
+
+_WAY_OUT_MS = 2000
+_LOOK_MS = 50
+
+
+def tell(text):
+    """Say something to whoever watches the console."""
+    print("kitepilot: " + text)
+
+
+def start(platform):
+    """Start the board of this sys.platform; comes back only when it is not to fly."""
+    module = _board_module(platform)
+    values, problem = read_board_file()
+    settings, problems = check_settings(values, platform) if problem is None else (None, [problem])
+    for text in problems:
+        tell("board.py: " + text)
+    if module is None:
+        tell("no board module for platform %s: there are rp2 and esp32" % platform)
+    elif problems:
+        module.blink(settings.light_pin if settings else module.LIGHT, SETTINGS)
+    else:
+        board = _make_board(module, settings)
+        if board is not None:
+            _run(board, settings)
+
+
+def read_board_file():
+    """Return (entries of /board.py by name, None), or (None, what is wrong with the file)."""
+    try:
+        import board  # noqa: PLC0415  # pyright: ignore[reportMissingImports]  the user's, on the board
+    except ImportError as error:
+        if "'board'" in str(error):
+            return None, "there is none: copy the template, and write your settings"
+        return None, str(error)
+    except SyntaxError as error:
+        return None, "not Python: " + str(error)
+    except Exception as error:  # whatever the user wrote
+        return None, "%s: %s" % (type(error).__name__, error)
+    return {name: getattr(board, name) for name in dir(board)}, None
+
+
+def _board_module(platform):
+    if platform == "rp2":
+        from . import board_rp2 as module  # noqa: PLC0415
+    elif platform == "esp32":
+        from . import board_esp32 as module  # noqa: PLC0415
+    else:
+        module = None
+    return module
+
+
+def _make_board(module, settings):
+    """The board, or None: then the hardware refused what the settings say."""
+    try:
+        return module.Board(settings, tell)
+    except (ValueError, OSError, TypeError) as error:
+        tell("board.py: the hardware refuses it: %s" % error)
+        module.blink(settings.light_pin, SETTINGS)
+        return None
+
+
+def _run(board, settings):
+    """Fly until Ctrl-C, or a grounded maintenance pin before it begins."""
+    try:
+        reason = _way_out(board)
+        if reason is None:
+            _fly(board, settings)
+    except KeyboardInterrupt:
+        reason = "Ctrl-C"
+    except Exception as error:
+        _print_exception(error)
+        if board.is_watched():
+            if board.actuator is not None:
+                board.actuator.write(0.0, False)
+            tell("the loop has failed; the watchdog resets the board")
+            return
+        reason = "a failure"
+    board.stop(STOPPED)
+    tell("stopped by %s; machine.reset() starts again" % reason)
+
+
+def _way_out(board):
+    """Give two seconds in which Ctrl-C stops; return why not to fly, or None.
+
+    After a reset by the watchdog the kite may be in the air, and there is no such time.
+    """
+    if board.wants_maintenance():
+        return "the maintenance pin"
+    if board.reset_cause == WATCHDOG:
+        return None
+    tell("flying in 2 s; Ctrl-C stops")
+    for _ in range(_WAY_OUT_MS // _LOOK_MS):
+        time.sleep(_LOOK_MS / 1000)
+        if board.wants_maintenance():
+            return "the maintenance pin"
+    return None
+
+
+def _fly(board, settings):
+    link = MavlinkLink(board.transport)
+    autopilot = Autopilot(link, False, board.storage, board.retained, board.reset_cause)
+    if autopilot.parameters.values[SYSTEM_ID] != settings.system_id:
+        autopilot.parameters.set(SYSTEM_ID, float(settings.system_id))
+    tell("running as system %d, link %s, sensors %s" % (settings.system_id, settings.link, settings.sensors))
+    board.start_watchdog()
+    run_real_time(autopilot, board)
+
+
+def _print_exception(error):
+    if hasattr(sys, "print_exception"):
+        getattr(sys, "print_exception")(error)  # noqa: B009  MicroPython's
+    else:
+        print(repr(error))

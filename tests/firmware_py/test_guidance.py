@@ -1,0 +1,206 @@
+"""The outer loop: the nearest point on the right strand, and a direction that leads onto the curve from anywhere."""
+
+import math
+
+import numpy as np
+import pytest
+from eights import beside, eight, flyable, frame_at, parameters
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from analysis.target_eight import TargetEight, great_circle_distance
+from analysis.target_eight import wrap as wrap_array
+from firmware_py.guidance import Guidance
+from firmware_py.sphere import wrap
+
+PERIOD_S = 0.02
+SPEED = 0.2  # of the kite, across the sphere [1/s]
+LEFT, RIGHT = 1.0, -1.0  # sides of the curve, seen along its direction of flight from the ground outwards
+
+
+def guidance_for(**shape: float) -> tuple[Guidance, TargetEight]:
+    """The outer loop for an eight, and numpy's eight of the same shape."""
+    curve, numpy_eight = eight(**shape)
+    guidance = Guidance(curve)
+    guidance.config.load(parameters(**shape))
+    return guidance, numpy_eight
+
+
+def settled_at(guidance: Guidance, position, s: float, steps: int = 3) -> None:
+    """Let the search run at a standing kite, from the strand at `s`."""
+    guidance.path_parameter = s
+    for _ in range(steps):
+        guidance.step(frame_at(position), PERIOD_S)
+
+
+def angle_between(first: float, second: float) -> float:
+    return abs(math.remainder(first - second, 2.0 * math.pi))
+
+
+def moved(position: np.ndarray, course: float, distance: float) -> np.ndarray:
+    """Unit position after flying `distance` [rad] from `position` along a great circle with turning angle `course`."""
+    frame = frame_at(position)
+    direction = math.cos(course) * np.array([frame.e1x, frame.e1y, frame.e1z])
+    direction += math.sin(course) * np.array([frame.e2x, frame.e2y, 0.0])
+    after = math.cos(distance) * position + math.sin(distance) * direction
+    return after / np.linalg.norm(after)
+
+
+@settings(deadline=None, max_examples=200)
+@given(flyable(), st.floats(0.0, 2 * math.pi), st.floats(-0.5, 0.5), st.floats(-0.15, 0.15))
+def test_the_nearest_point_is_the_nearest_on_the_strand(shape, s, share, guess_error):
+    """Kites beside the curve by up to half its tightest radius, the search starting a few ticks' flight away."""
+    guidance, numpy_eight = guidance_for(**shape)
+    grid = np.linspace(0.0, 2.0 * math.pi, 720)
+    radius = 1.0 / max(abs(guidance.curve.geodesic_curvature(at)) for at in grid[::8])
+    position = beside(numpy_eight, s, share * radius)
+    settled_at(guidance, position, s + guess_error)
+    assert angle_between(guidance.path_parameter, s) < 1e-3
+    assert abs(guidance.cross_track) == pytest.approx(abs(share) * radius, abs=1e-4)
+
+    anywhere, distance = numpy_eight.nearest(position[np.newaxis])  # nearer on another strand, near the crossing
+    if angle_between(float(anywhere[0]), s) < 0.3:
+        assert abs(guidance.cross_track) == pytest.approx(float(distance[0]), abs=1e-4)
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+@pytest.mark.parametrize("crossing", [0.0, math.pi])
+@pytest.mark.parametrize("offset_deg", [-6.0, -4.0, -2.0, -1.0, 0.0, 1.0, 2.0, 4.0, 6.0])
+def test_the_crossing_is_flown_on_one_strand(direction, crossing, offset_deg):
+    """A kite flies past the crossing beside its strand: half the way it is nearer to the other one."""
+    guidance, numpy_eight = guidance_for(EIGHT_DIRECTION=direction)
+    start, end = (crossing - 0.6 * direction, crossing + 0.6 * direction)
+    path = np.linspace(start, end, 120)
+    settled_at(guidance, beside(numpy_eight, start, math.radians(offset_deg)), start)
+    nearer_elsewhere = 0
+    for s in path:
+        position = beside(numpy_eight, s, math.radians(offset_deg))
+        guidance.scan(frame_at(position), float(numpy_eight.course(np.array([s]))[0]))
+        guidance.step(frame_at(position), PERIOD_S)
+        assert angle_between(guidance.path_parameter, s) < 0.05
+        anywhere, _ = numpy_eight.nearest(position[np.newaxis])
+        nearer_elsewhere += angle_between(float(anywhere[0]), s) > 0.5
+    if abs(offset_deg) > 1.0:
+        assert nearer_elsewhere > 5
+
+
+@settings(deadline=None, max_examples=100)
+@given(flyable(), st.floats(-1.4, 1.4), st.floats(0.09, 1.45), st.floats(-3.1, 3.1))
+def test_a_kite_that_goes_where_it_is_told_reaches_the_eight_from_anywhere(shape, azimuth, elevation, course):
+    guidance, numpy_eight = guidance_for(**shape)
+    position = np.array([math.cos(elevation) * math.cos(azimuth), math.cos(elevation) * math.sin(azimuth),
+                         math.sin(elevation)])
+    parameters_flown, distances = [], []
+    for tick in range(1000):  # 40 s: once round takes some 20 s
+        frame = frame_at(position)
+        guidance.scan(frame, course)
+        if tick >= 40:  # it was parked before, so that the scan has been round once
+            guidance.step(frame, 2 * PERIOD_S)
+            course = guidance.target_course
+            position = moved(position, course, 2 * PERIOD_S * SPEED)
+            assert position[2] > -0.1
+            parameters_flown.append(guidance.path_parameter)
+            distances.append(abs(guidance.cross_track))
+    _, true_distances = numpy_eight.nearest(position[np.newaxis])
+    assert max(distances[-200:]) < 0.03
+    assert true_distances[0] < 0.03
+    flown = np.unwrap(parameters_flown[-200:])
+    assert numpy_eight.direction * (flown[-1] - flown[0]) > 1.0  # and it flies along it, the right way round
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+@pytest.mark.parametrize("s", [0.0, 0.8, 1.6, 2.4, 3.2, 4.0, 4.8, 5.6])
+@pytest.mark.parametrize("kite_side", [LEFT, RIGHT])
+def test_signs_of_cross_track_and_of_the_turn_back(direction, s, kite_side):
+    """A kite left of the curve has the curve on its right: cross-track is negative and the target turns right."""
+    guidance, numpy_eight = guidance_for(EIGHT_DIRECTION=direction, OUTER_L=5.0)
+    settled_at(guidance, beside(numpy_eight, s, direction * kite_side * 0.03), s)
+    along = float(numpy_eight.course(np.array([guidance.path_parameter]))[0])
+    assert guidance.cross_track == pytest.approx(-kite_side * 0.03, abs=1e-3)
+    turn = wrap(guidance.target_course - along)
+    assert turn == pytest.approx(-kite_side * math.atan(5.0 * 0.03), abs=0.04)  # theta grows towards gamma x T
+    back = moved(beside(numpy_eight, s, direction * kite_side * 0.03), guidance.target_course, 0.02)
+    _, distance = numpy_eight.nearest(back[np.newaxis])
+    assert distance[0] < 0.03
+
+
+def test_a_simple_position_by_hand():
+    """The eight's middle is flown upwards and towards +y, so to the right as seen from the ground; a kite higher up
+    on the left of that strand is told to go lower, one below it to go higher."""
+    guidance, numpy_eight = guidance_for(OUTER_L=5.0)
+    middle = numpy_eight.position(np.array([0.0]))[0]
+    settled_at(guidance, middle, 0.0)
+    assert guidance.cross_track == pytest.approx(0.0, abs=1e-9)
+    on_curve = guidance.target_course
+    azimuth_rate, elevation_rate = math.radians(30.0) * math.cos(math.radians(40.0)), math.radians(16.0)
+    assert on_curve == pytest.approx(math.atan2(-azimuth_rate, elevation_rate), abs=1e-9)  # theta: from up towards -y
+    settled_at(guidance, middle + np.array([0.0, -0.02, 0.02]), 0.0)
+    assert math.cos(guidance.target_course) < math.cos(on_curve)
+    settled_at(guidance, middle + np.array([0.0, 0.02, -0.02]), 0.0)
+    assert math.cos(guidance.target_course) > math.cos(on_curve)
+
+
+@settings(deadline=None, max_examples=200)
+@given(flyable(), st.floats(0.0, 2 * math.pi), st.floats(-0.3, 0.3), st.floats(0.0, 50.0))
+def test_the_target_is_the_papers(shape, s, offset, gain):
+    """cos(theta_t) e1 + sin(theta_t) e2 ~ T + L (t . gamma_t_perp) t, with T the curve's tangent carried to gamma by
+    the rotation of gamma_t onto gamma along their geodesic (Rodrigues), and t = gamma x T."""
+    guidance, numpy_eight = guidance_for(OUTER_L=gain, **shape)
+    gamma = beside(numpy_eight, s, offset)
+    settled_at(guidance, gamma, s, steps=30)
+    last = guidance.path_parameter
+    guidance.step(frame_at(gamma), PERIOD_S)
+    assume(angle_between(last, guidance.path_parameter) < 1e-6)  # not beyond the centre of a turn
+
+    here = np.array([guidance.path_parameter])
+    gamma_t, tangent = numpy_eight.position(here)[0], numpy_eight.direction * numpy_eight.derivatives(here)[0][0]
+    tangent /= np.linalg.norm(tangent)
+    axis = np.cross(gamma_t, gamma)
+    sine = np.linalg.norm(axis)
+    carried = tangent
+    if sine > 1e-9:
+        axis, cosine = axis / sine, np.dot(gamma_t, gamma)
+        carried = (cosine * tangent + sine * np.cross(axis, tangent)
+                   + (1.0 - cosine) * np.dot(axis, tangent) * axis)
+    side = np.cross(gamma, carried)
+    perpendicular = gamma_t - np.dot(gamma_t, gamma) * gamma
+    aim = carried + gain * np.dot(side, perpendicular) * side
+    frame = frame_at(gamma)
+    up, across = np.array([frame.e1x, frame.e1y, frame.e1z]), np.array([frame.e2x, frame.e2y, 0.0])
+    expected = math.atan2(np.dot(aim, across), np.dot(aim, up))
+    assert angle_between(guidance.target_course, expected) < 2e-4 * (1.0 + gain)
+    distance = float(great_circle_distance(gamma, gamma_t))
+    assert guidance.cross_track == pytest.approx(math.copysign(distance, np.dot(side, gamma_t)), abs=1e-6)
+    assert -math.pi < guidance.target_course <= math.pi
+
+
+def test_the_targets_rate_is_its_derivative_smoothed():
+    """On the curve it follows the numeric derivative, late by about FF_FILTER; a new strand gives no rate."""
+    guidance, numpy_eight = guidance_for(FF_FILTER=0.125)
+    s = 0.5
+    rates, courses = [], []
+    guidance.path_parameter = s
+    for _ in range(600):
+        guidance.step(frame_at(numpy_eight.position(np.array([s]))[0]), PERIOD_S)
+        rates.append(guidance.target_rate)
+        courses.append(guidance.target_course)
+        first = numpy_eight.derivatives(np.array([s]))[0][0]
+        s += SPEED * PERIOD_S / float(np.linalg.norm(first))
+    assert rates[0] == 0.0
+    true_rates = wrap_array(np.diff(np.array(courses))) / PERIOD_S
+    late = round(0.125 / PERIOD_S)
+    assert max(abs(true_rates)) > 2.0
+    assert np.array(rates)[100:] == pytest.approx(true_rates[99 - late : -late], abs=0.25)
+    guidance.stop()
+    assert guidance.target_rate == 0.0
+    guidance.step(frame_at(numpy_eight.position(np.array([s + 3.0]))[0]), PERIOD_S)
+    assert guidance.target_rate == 0.0
+
+
+def test_straight_above_and_straight_behind_give_numbers():
+    """The zenith, and the point opposite to the curve's, where the geodesic is not defined."""
+    guidance, numpy_eight = guidance_for()
+    for position in (np.array([0.0, 0.0, 1.0]), -numpy_eight.position(np.array([0.0]))[0], np.array([-1.0, 0.0, 0.0])):
+        settled_at(guidance, position, 0.0)
+        assert all(map(math.isfinite, (guidance.target_course, guidance.cross_track, guidance.target_rate)))
+        assert 0.0 <= guidance.path_parameter <= 2.0 * math.pi
