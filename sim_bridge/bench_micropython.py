@@ -13,9 +13,9 @@ from typing import Any
 
 import firmware_py
 from sim_bridge.flight import Flight
-from sim_bridge.runtime import FirmwareError
-from sim_bridge.runtime_memory import MemoryRuntime
-from sim_bridge.runtime_process import HEAP, micropython_command
+from sim_bridge.runtimes.interface import FirmwareError
+from sim_bridge.runtimes.memory import MemoryRuntime
+from sim_bridge.runtimes.process import HEAP, micropython_command
 from sim_bridge.scenario import Scenario
 from sim_bridge.wire import is_tick
 

@@ -9,10 +9,10 @@ from typing import Any
 from analysis.extras import ExtraMissingError
 from analysis.flight_data import FlightDataError
 from sim_bridge import commands
-from sim_bridge.board_cli import add_board_verbs
-from sim_bridge.board_image import BoardError
+from sim_bridge.boards.cli import add_board_verbs
+from sim_bridge.boards.image import BoardError
 from sim_bridge.run import RUNTIMES
-from sim_bridge.runtime import FirmwareError
+from sim_bridge.runtimes.interface import FirmwareError
 from sim_bridge.scenario import ScenarioError
 
 

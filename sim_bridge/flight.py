@@ -14,7 +14,7 @@ from sim_bridge.link_emulation import LinkDirection, link_settings
 from sim_bridge.plants import make_plant
 from sim_bridge.plants.interface import Truth
 from sim_bridge.preflight import Preflight
-from sim_bridge.runtime import Runtime, TickOutput, clock_us
+from sim_bridge.runtimes.interface import Runtime, TickOutput, clock_us
 from sim_bridge.scenario import Scenario
 from sim_bridge.sensors import SAMPLE_BYTES, Sample, Sensors
 from sim_bridge.start_state import lead_in, start_position

@@ -5,7 +5,7 @@ from typing import Any
 
 from sim_bridge.hil_port import open_port
 from sim_bridge.run import RunOptions, RunResult, run_scenario
-from sim_bridge.runtime_real_time import HilRuntime
+from sim_bridge.runtimes.real_time import HilRuntime
 from sim_bridge.scenario import Scenario
 from sim_bridge.sensors import SAMPLE_BYTES
 

@@ -4,7 +4,7 @@ from math import inf
 
 from protocol import dialect
 from protocol.parameter_table import load_parameters
-from sim_bridge.runtime import FirmwareError, Message
+from sim_bridge.runtimes.interface import FirmwareError, Message
 from sim_bridge.scenario import Scenario
 from sim_bridge.wire import as_request
 

@@ -17,7 +17,7 @@ from analysis.target_eight import Array, TargetEight, wrap
 from protocol import dialect
 from sim_bridge.preflight import Preflight
 from sim_bridge.run import make_runtime
-from sim_bridge.runtime import FirmwareError, clock_us
+from sim_bridge.runtimes.interface import FirmwareError, clock_us
 from sim_bridge.scenario import Scenario, load_scenario
 from sim_bridge.sensors import Sample
 

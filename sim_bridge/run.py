@@ -11,10 +11,10 @@ from sim_bridge.flight import Flight
 from sim_bridge.ground_path import GroundLink, GroundSocket
 from sim_bridge.link_emulation import link_settings
 from sim_bridge.run_log import RunLog
-from sim_bridge.runtime import FirmwareError, Runtime
-from sim_bridge.runtime_inproc import InprocRuntime
-from sim_bridge.runtime_process import ProcessRuntime, micropython_command
-from sim_bridge.runtime_real_time import HilRuntime, RealTimeRuntime
+from sim_bridge.runtimes.inproc import InprocRuntime
+from sim_bridge.runtimes.interface import FirmwareError, Runtime
+from sim_bridge.runtimes.process import ProcessRuntime, micropython_command
+from sim_bridge.runtimes.real_time import HilRuntime, RealTimeRuntime
 from sim_bridge.scenario import Scenario, ScenarioError
 
 RUNTIMES = ("inproc", "cpython", "micropython")

@@ -3,7 +3,7 @@
 from typing import Any
 
 from protocol import dialect
-from sim_bridge.runtime import Message
+from sim_bridge.runtimes.interface import Message
 
 CONTROL_ONLY = frozenset(
     (dialect.MAVLINK_MSG_ID_KITE_TICK, dialect.MAVLINK_MSG_ID_KITE_TICK_END, dialect.MAVLINK_MSG_ID_KITE_SENSORS))

@@ -7,8 +7,8 @@ from typing import Any
 from firmware_py.generated_parameters import PARAMETERS
 from protocol import dialect
 from sim_bridge.plants.turning_rate import TurningRatePlant
-from sim_bridge.runtime import clock_us
-from sim_bridge.runtime_memory import MemoryRuntime
+from sim_bridge.runtimes.interface import clock_us
+from sim_bridge.runtimes.memory import MemoryRuntime
 from sim_bridge.scenario import Scenario
 from sim_bridge.sensors import Sample
 

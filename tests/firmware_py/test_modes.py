@@ -18,7 +18,7 @@ from firmware_bench import (
 )
 
 from protocol import dialect
-from sim_bridge.runtime import clock_us
+from sim_bridge.runtimes.interface import clock_us
 
 STANDBY, MANUAL, PARK, TRACK = (
     dialect.KITE_MODE_STANDBY, dialect.KITE_MODE_MANUAL, dialect.KITE_MODE_PARK, dialect.KITE_MODE_TRACK)

@@ -8,7 +8,7 @@ from firmware_py.generated_parameters import PARAMETERS
 from protocol import dialect
 from sim_bridge.ground_path import GroundLink
 from sim_bridge.link_emulation import LinkSettings
-from sim_bridge.runtime_memory import MemoryRuntime
+from sim_bridge.runtimes.memory import MemoryRuntime
 
 _PERIOD_S = 0.02
 _VALID = (dialect.KITE_VALID_AZIMUTH | dialect.KITE_VALID_ELEVATION | dialect.KITE_VALID_DISTANCE

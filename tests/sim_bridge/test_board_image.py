@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 
 from protocol import dialect
-from sim_bridge import package_listing
-from sim_bridge.board_image import BoardError, board_settings, check_board_settings, lay_out, read_entries
+from sim_bridge.boards import package_listing
+from sim_bridge.boards.image import BoardError, board_settings, check_board_settings, lay_out, read_entries
 from sim_bridge.cli import main
-from sim_bridge.runtime_process import micropython_command
+from sim_bridge.runtimes.process import micropython_command
 
 ROOT = Path(__file__).parent.parent.parent
 FIRMWARE = sorted(path.stem for path in (ROOT / "firmware_py").glob("*.py"))

@@ -13,11 +13,11 @@ from pathlib import Path
 import pytest
 
 from protocol import dialect
-from sim_bridge.board_heard import wait_for_heartbeat
-from sim_bridge.board_image import BoardError, board_settings, lay_out
-from sim_bridge.board_probe import OnBoard, Probe, read_probe
+from sim_bridge.boards.flash import check_room, make_plan
+from sim_bridge.boards.heard import wait_for_heartbeat
+from sim_bridge.boards.image import BoardError, board_settings, lay_out
+from sim_bridge.boards.probe import OnBoard, Probe, read_probe
 from sim_bridge.cli import main
-from sim_bridge.flash import check_room, make_plan
 
 PROBE = "kitepilot-probe rp2 micropython 1 28\nfree 4096 200\n"
 

@@ -19,7 +19,7 @@ from sim_bridge.flight import COLUMNS
 from sim_bridge.hil import fly_board, link_warnings
 from sim_bridge.hil_port import open_port
 from sim_bridge.run import RunOptions
-from sim_bridge.runtime_process import HEAP, micropython_command
+from sim_bridge.runtimes.process import HEAP, micropython_command
 from sim_bridge.scenario import ScenarioError, load_scenario
 
 BAUD = 115200

@@ -11,8 +11,8 @@ from firmware_py.guidance import Guidance
 from firmware_py.target_curve import FigureEight
 from sim_bridge.flight import COLUMNS, Flight
 from sim_bridge.run import RunOptions, run_scenario
-from sim_bridge.runtime_inproc import InprocRuntime
-from sim_bridge.runtime_process import micropython_command
+from sim_bridge.runtimes.inproc import InprocRuntime
+from sim_bridge.runtimes.process import micropython_command
 from sim_bridge.scenario import load_scenario
 
 PAPER = ("paper-no-delay", "paper-delay", "paper-delay-tuned")

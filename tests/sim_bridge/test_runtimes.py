@@ -5,9 +5,9 @@ import pytest
 from protocol import dialect
 from sim_bridge.flight import Flight
 from sim_bridge.run import RunOptions, run_scenario
-from sim_bridge.runtime import FirmwareError
-from sim_bridge.runtime_memory import MemoryRuntime
-from sim_bridge.runtime_process import ProcessRuntime
+from sim_bridge.runtimes.interface import FirmwareError
+from sim_bridge.runtimes.memory import MemoryRuntime
+from sim_bridge.runtimes.process import ProcessRuntime
 from sim_bridge.scenario import load_scenario
 from sim_bridge.wire import BridgeCodec
 

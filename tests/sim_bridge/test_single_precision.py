@@ -11,8 +11,8 @@ import pytest
 
 from firmware_py import estimator, guidance, sphere, steering, target_curve
 from firmware_py.parameters import Parameters
-from sim_bridge import runtime_inproc
 from sim_bridge.run import RunOptions, run_scenario
+from sim_bridge.runtimes import inproc
 from sim_bridge.scenario import load_scenario
 
 MODULES = (estimator, guidance, sphere, steering, target_curve)
@@ -32,7 +32,7 @@ def store_rounded(self, name, value):
 
 @pytest.fixture
 def single_precision(monkeypatch):
-    on_the_wire, start, put = runtime_inproc.as_on_the_wire, Parameters.__init__, Parameters.set
+    on_the_wire, start, put = inproc.as_on_the_wire, Parameters.__init__, Parameters.set
 
     def singles(message, values):
         return tuple(np.float32(v) if isinstance(v, float) else v for v in on_the_wire(message, values))
@@ -41,7 +41,7 @@ def single_precision(monkeypatch):
         start(self)
         self.values[:] = [np.float32(value) for value in self.values]
 
-    monkeypatch.setattr(runtime_inproc, "as_on_the_wire", singles)
+    monkeypatch.setattr(inproc, "as_on_the_wire", singles)
     monkeypatch.setattr(Parameters, "__init__", start_single)
     monkeypatch.setattr(Parameters, "set", lambda self, index, value: put(self, index, np.float32(value)))
     for module in MODULES:
@@ -64,7 +64,7 @@ def double_precision():
 @pytest.mark.parametrize("name", ["paper-no-delay", "paper-delay", "paper-delay-tuned"])
 def test_verdict_and_tracking_survive_single_precision(name, double_precision, single_precision):
     result = fly(name)
-    assert isinstance(result.flight.runtime, runtime_inproc.InprocRuntime)
+    assert isinstance(result.flight.runtime, inproc.InprocRuntime)
     autopilot = result.flight.runtime.autopilot
     values = (autopilot.guidance.target_course, autopilot.steering.asked, autopilot.kite.frame.e1x)
     assert {type(value).__name__ for value in values} == {"float32"}  # or this would prove nothing

@@ -6,8 +6,8 @@ For ground stations in simulated time: what they send reaches the real parser, a
 from firmware_py.autopilot import Autopilot
 from firmware_py.loop import step_lockstep
 from firmware_py.mavlink_link import MavlinkLink
-from sim_bridge.runtime import FirmwareError
-from sim_bridge.runtime_wire import WireRuntime
+from sim_bridge.runtimes.interface import FirmwareError
+from sim_bridge.runtimes.wired import WireRuntime
 
 
 class _Transport:

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from analysis.extras import ExtraMissingError
-from sim_bridge.board_image import ARCHITECTURES, PACKAGE, BoardError, board_settings, check_board_settings, lay_out
-from sim_bridge.board_probe import SCRIPT, OnBoard, Probe, read_probe
+from sim_bridge.boards.image import ARCHITECTURES, PACKAGE, BoardError, board_settings, check_board_settings, lay_out
+from sim_bridge.boards.probe import SCRIPT, OnBoard, Probe, read_probe
 
 _PATIENCE_S = 120.0
 _BATCH = 8  # files in one call of mpremote

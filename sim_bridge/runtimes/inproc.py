@@ -6,7 +6,7 @@ from typing import Any
 from firmware_py.autopilot import Autopilot
 from firmware_py.generated_messages import HIL_ACTUATOR_CONTROLS, KITE_SENSORS, KITE_STATE, MESSAGES
 from firmware_py.mavlink_encoder import LONGEST_FRAME, Encoder
-from sim_bridge.runtime import LEAD_IN_S, Message, TickOutput, clock_us
+from sim_bridge.runtimes.interface import LEAD_IN_S, Message, TickOutput, clock_us
 from sim_bridge.sensors import Sample
 
 _BRIDGE = 255  # system and component that the bridge's own requests come from

@@ -5,9 +5,9 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import Any
 
-from sim_bridge.board_heard import wait_for_heartbeat
-from sim_bridge.board_image import ARCHITECTURES, BoardError, lay_out
-from sim_bridge.flash import flash
+from sim_bridge.boards.flash import flash
+from sim_bridge.boards.heard import wait_for_heartbeat
+from sim_bridge.boards.image import ARCHITECTURES, BoardError, lay_out
 
 
 def add_board_verbs(verbs: Any) -> None:

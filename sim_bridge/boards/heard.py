@@ -8,7 +8,7 @@ from typing import Any
 import serial
 
 from protocol import dialect
-from sim_bridge.board_image import BoardError, read_entries
+from sim_bridge.boards.image import BoardError, read_entries
 
 WAIT_S = 20.0
 

@@ -9,8 +9,8 @@ import tempfile
 import time
 from pathlib import Path
 
-from sim_bridge.runtime import FirmwareError
-from sim_bridge.runtime_wire import SILENCE_S, WireRuntime
+from sim_bridge.runtimes.interface import FirmwareError
+from sim_bridge.runtimes.wired import SILENCE_S, WireRuntime
 
 HEAP = "heapsize=192k"
 

@@ -3,7 +3,7 @@
 import time
 
 from protocol import dialect
-from sim_bridge.runtime import LEAD_IN_S, FirmwareError, Message, TickOutput, clock_us
+from sim_bridge.runtimes.interface import LEAD_IN_S, FirmwareError, Message, TickOutput, clock_us
 from sim_bridge.sensors import Sample
 from sim_bridge.wire import BridgeCodec, in_datagrams, wire_values
 
