@@ -38,6 +38,7 @@ class Cable:
 
     def unplug(self):
         """Pull the bridge's end out."""
+        self._stop()
         self.ends[0].unlink()
         for end in self._pairs[0]:
             os.close(end)
@@ -48,6 +49,7 @@ class Cable:
         self._start()
 
     def close(self):
+        self._stop()
         for pair in self._pairs:
             for end in pair:
                 os.close(end)
@@ -56,24 +58,34 @@ class Cable:
         pair = pty.openpty()
         for end in pair:
             tty.setraw(end)
+        os.set_blocking(pair[0], False)  # what nobody reads is lost, as on any cable
         path.symlink_to(os.ttyname(pair[1]))
         return pair
 
     def _start(self):
         masters = [pair[0] for pair in self._pairs]
-        for source, target in (masters, masters[::-1]):
-            threading.Thread(target=self._carry, args=(source, target), daemon=True).start()
+        self._carries = True
+        self._threads = [
+            threading.Thread(target=self._carry, args=ends, daemon=True) for ends in (masters, masters[::-1])]
+        for thread in self._threads:
+            thread.start()
+
+    def _stop(self):
+        """Let go of the ends before they are closed: their numbers are soon somebody else's."""
+        self._carries = False
+        for thread in self._threads:
+            thread.join()
 
     def _carry(self, source, target):
-        while True:
+        while self._carries:
+            if not select.select([source], [], [], 0.05)[0]:
+                continue
             try:
-                if not select.select([source], [], [], 0.1)[0]:
-                    continue
                 data = os.read(source, 64)
                 time.sleep(len(data) * 10 / BAUD)
                 os.write(target, data)
-            except (OSError, ValueError):
-                return
+            except OSError:  # nobody has the other end open yet
+                time.sleep(0.05)
 
 
 @pytest.fixture
