@@ -63,7 +63,8 @@ def test_a_curve_that_cannot_be_flown_is_refused_in_a_few_calls_with_its_reason(
         check.begin(values_with(change), 100.0)
         for _ in range(30):
             check.advance()
-        assert check.done and says in check.problem and len(check.problem) <= 50, (change, check.problem)
+        problem = check.problem or ""
+        assert check.done and says in problem and len(problem) <= 50, (change, problem)
 
 
 def test_beside_the_curve_the_target_points_back_to_it():
