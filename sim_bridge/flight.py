@@ -191,7 +191,8 @@ class Flight:
     def _fly_for(self, duration: float, flying: bool) -> None:
         """Fly on while no new command is felt."""
         actuator = self.actuator
-        steps = 1 if actuator.ideal and duration <= 2 * self.plant.step_s else ceil(duration / self.plant.step_s - 1e-6)
+        longest = self.plant.step_s * (2 if actuator.ideal else 1)
+        steps = max(1, ceil(duration / longest - 1e-6))
         dt = duration / steps
         for _ in range(steps):
             if flying:

@@ -5,7 +5,9 @@ import math
 import pytest
 
 from sim_bridge.actuator import Actuator
-from sim_bridge.scenario import Scenario
+from sim_bridge.flight import Flight
+from sim_bridge.runtimes.inproc import InprocRuntime
+from sim_bridge.scenario import Scenario, load_scenario
 
 
 def actuator(**settings):
@@ -61,6 +63,17 @@ def test_lag_is_an_exponential_whatever_the_step():
         part = actuator(lag_s=0.4)
         part.command(0.0, 1.0)
         assert after(part, 1.0, step) == pytest.approx(1.0 - math.exp(-1.0 / 0.4))
+
+
+def test_commands_a_few_nanoseconds_apart_do_no_harm_in_flight():
+    """By a wall clock they come like that now and then."""
+    flight = Flight(load_scenario("small-kite"), InprocRuntime())
+    flight.fly(0.5)
+    felt = flight.time_s + 0.055
+    for nanoseconds in (0, 2, 5, 9, 30):
+        flight.actuator.command(felt - 0.05 + nanoseconds * 1e-9, 0.1 + 0.01 * nanoseconds)
+    flight.fly(0.7)
+    assert len(flight.rows) == 35
 
 
 def test_lag_behind_a_rate_limit_ramps_first_and_then_settles():
