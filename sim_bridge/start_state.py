@@ -32,8 +32,8 @@ def lead_in(start: Truth, time_s: float) -> Truth:
 
     Before, it comes up from rest, so that the whole way is _LEAD_IN_RAD long however much time there is.
     """
-    velocity = start.velocity
-    speed = sqrt(sum(v * v for v in velocity))
+    velocity = vx, vy, vz = start.velocity
+    speed = sqrt(vx * vx + vy * vy + vz * vz)  # not sum(): newer CPythons round it otherwise
     angle = _LEAD_IN_RAD * (exp(speed * time_s / _LEAD_IN_RAD) - 1.0)
     c, s = cos(angle), sin(angle)
     gamma = start.position
