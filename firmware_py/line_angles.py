@@ -23,7 +23,6 @@ NO_ANSWER = 0
 NO_MAGNET = 1
 OUT_OF_RANGE = 2
 JUMP = 3
-REASONS = ("no answer on I2C", "no magnet", "out of range", "jumped")
 
 
 class Axis:

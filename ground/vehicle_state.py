@@ -36,7 +36,6 @@ class VehicleState:
     mode: int | None = None
     armed: bool | None = None
     kite: dialect.MAVLink_kite_state_message | None = None
-    kite_s: float | None = None
     system: dialect.MAVLink_sys_status_message | None = None
     position: dialect.MAVLink_local_position_ned_message | None = None
     texts: deque[StatusText] = field(default_factory=lambda: deque(maxlen=100))
@@ -48,7 +47,7 @@ class VehicleState:
     def observe(self, time_s: float, message: Message, frame: bytes) -> None:
         """Take in one of the vehicle's messages, as an observer of a connection."""
         if isinstance(message, dialect.MAVLink_kite_state_message):
-            self.kite, self.kite_s = message, time_s
+            self.kite = message
         elif isinstance(message, dialect.MAVLink_heartbeat_message):
             self.mode, self.armed = message.custom_mode, is_armed(message)
         elif isinstance(message, dialect.MAVLink_sys_status_message):

@@ -8,6 +8,7 @@ import numpy as np
 
 from analysis.metrics import Metrics, Track, measure
 from analysis.target_eight import TargetEight, wrap
+from protocol import dialect
 from sim_bridge.actuator import Actuator
 from sim_bridge.ground_path import GroundLink
 from sim_bridge.link_emulation import LinkDirection, link_settings
@@ -19,9 +20,7 @@ from sim_bridge.scenario import Scenario
 from sim_bridge.sensors import SAMPLE_BYTES, Sample, Sensors
 from sim_bridge.start_state import lead_in, start_position
 from sim_bridge.turbulence import Turbulence
-
-_STEERING_BYTES = 32  # a HIL_ACTUATOR_CONTROLS frame on the wire
-_SATURATED = 2  # KITE_STATUS_SATURATED
+from sim_bridge.wire import STEERING_BYTES
 
 # Columns of the truth, a row a tick. `state` columns are what the firmware's KITE_STATE of that tick said.
 COLUMNS = (
@@ -103,7 +102,7 @@ class Flight:
         if not self._preflight.done:
             self._preflight.hear(output.replies)
         for sent_s, steering in output.steering:
-            self._up.send(sent_s, (sent_s, steering), _STEERING_BYTES)
+            self._up.send(sent_s, (sent_s, steering), STEERING_BYTES)
         heard = self._tell_stations(time_s, output.frames)
         if output.state:
             self._state = output.state
@@ -128,7 +127,7 @@ class Flight:
         """The flight so far, as arrays."""
         columns = dict(zip(COLUMNS, np.array(self.rows, dtype=float).T.reshape(len(COLUMNS), -1), strict=True))
         limit = self.actuator.saturation
-        held = (columns["status"].astype(int) & _SATURATED) > 0
+        held = (columns["status"].astype(int) & dialect.KITE_STATUS_SATURATED) > 0
         if limit:
             held |= np.abs(columns["steering"]) >= limit * (1 - 1e-9)
         return Track(

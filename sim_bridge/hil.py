@@ -8,9 +8,9 @@ from sim_bridge.run import RunOptions, RunResult, run_scenario
 from sim_bridge.runtimes.real_time import HilRuntime
 from sim_bridge.scenario import Scenario
 from sim_bridge.sensors import SAMPLE_BYTES
+from sim_bridge.wire import STEERING_BYTES
 
 _STATE_BYTES = 83  # a KITE_STATE frame
-_STEERING_BYTES = 32
 _OTHER_BYTES_S = 400.0  # heartbeat, status, position, texts, answers
 _FULL = 0.9  # a link that is fuller than this makes frames wait
 
@@ -48,13 +48,13 @@ def link_warnings(scenario: Scenario, bytes_per_s: float) -> list[str]:
     loop_hz = scenario.parameter("LOOP_HZ")
     state_hz = min(loop_hz, scenario.parameter("STATE_HZ"))
     to_board = SAMPLE_BYTES * (scenario["sensors.rate_hz"] or loop_hz)
-    from_board = _STEERING_BYTES * loop_hz + _STATE_BYTES * state_hz + _OTHER_BYTES_S
+    from_board = STEERING_BYTES * loop_hz + _STATE_BYTES * state_hz + _OTHER_BYTES_S
     warnings = []
     if to_board > _FULL * bytes_per_s:
         warnings.append(f"{to_board:.0f} bytes/s of samples do not fit through {bytes_per_s:.0f}: "
                         "lower sensors.rate_hz, or use a faster link")
     if from_board > _FULL * bytes_per_s:
-        room = (_FULL * bytes_per_s - _STEERING_BYTES * loop_hz - _OTHER_BYTES_S) / _STATE_BYTES
+        room = (_FULL * bytes_per_s - STEERING_BYTES * loop_hz - _OTHER_BYTES_S) / _STATE_BYTES
         help_ = f"set --param STATE_HZ={max(1, int(room))}" if room > 1 else "use a faster link"
         warnings.append(f"{from_board:.0f} bytes/s from the board do not fit through {bytes_per_s:.0f}: {help_}")
     return warnings

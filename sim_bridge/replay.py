@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from analysis.flight_data import FlightData, fit_eight, read_flight
+from analysis.flight_data import ATTRIBUTION, FlightData, fit_eight, read_flight
 from analysis.plots import draw_turning_angle, new_figure
 from analysis.target_eight import Array, TargetEight, wrap
 from protocol import dialect
@@ -24,7 +24,6 @@ from sim_bridge.sensors import Sample
 _VALID = (dialect.KITE_VALID_AZIMUTH | dialect.KITE_VALID_ELEVATION | dialect.KITE_VALID_DISTANCE
           | dialect.KITE_VALID_AIRSPEED | dialect.KITE_VALID_TETHER_FORCE | dialect.KITE_VALID_STEERING)
 _FROM_POSITIONS = 2.0
-_CREDIT = "Flight data: TU Delft and Kitepower B.V. (Schelbergen et al.), CC-BY 4.0"
 
 
 class Replay(NamedTuple):
@@ -124,5 +123,5 @@ def plot_replay(replay: Replay, title: str) -> Any:
     bottom.margins(y=0.2)
     top.set_xlabel("")
     figure.suptitle(title)
-    figure.text(0.995, 0.002, _CREDIT, ha="right", va="bottom", fontsize=6, color="#666666")
+    figure.supxlabel(ATTRIBUTION, x=0.995, ha="right", fontsize=6, color="#666666")
     return figure

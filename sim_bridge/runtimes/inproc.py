@@ -8,8 +8,8 @@ from firmware_py.generated_messages import HIL_ACTUATOR_CONTROLS, KITE_SENSORS, 
 from firmware_py.mavlink_encoder import LONGEST_FRAME, Encoder
 from sim_bridge.runtimes.interface import LEAD_IN_S, Message, TickOutput, clock_us
 from sim_bridge.sensors import Sample
+from sim_bridge.wire import BRIDGE_COMPONENT, BRIDGE_SYSTEM
 
-_BRIDGE = 255  # system and component that the bridge's own requests come from
 _LAYOUTS = {message: struct.Struct(entry[0]) for message, entry in MESSAGES.items()}
 
 
@@ -76,9 +76,9 @@ class InprocRuntime:
         link = self._link
         inbox = self.autopilot.inbox
         for sample in samples:
-            inbox.put(KITE_SENSORS, as_on_the_wire(KITE_SENSORS, sample), _BRIDGE, _BRIDGE)
+            inbox.put(KITE_SENSORS, as_on_the_wire(KITE_SENSORS, sample), BRIDGE_SYSTEM, BRIDGE_COMPONENT)
         for message, values in requests:
-            inbox.put(message, as_on_the_wire(message, values), _BRIDGE, _BRIDGE)
+            inbox.put(message, as_on_the_wire(message, values), BRIDGE_SYSTEM, BRIDGE_COMPONENT)
         self.autopilot.tick(clock_us(time_s))
         output = TickOutput([(time_s, link.steering)], link.state, link.replies, link.frames)
         link.state, link.replies, link.frames = None, [], []
