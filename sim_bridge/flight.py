@@ -12,14 +12,14 @@ from protocol import dialect
 from sim_bridge.actuator import Actuator
 from sim_bridge.ground_path import GroundLink
 from sim_bridge.link_emulation import LinkDirection, link_settings
-from sim_bridge.plants import make_plant
+from sim_bridge.plants.choice import make_plant
 from sim_bridge.plants.interface import Truth
 from sim_bridge.preflight import Preflight
 from sim_bridge.runtimes.interface import Runtime, TickOutput, clock_us
 from sim_bridge.scenario import Scenario
 from sim_bridge.sensors import SAMPLE_BYTES, Sample, Sensors
 from sim_bridge.start_state import lead_in, start_position
-from sim_bridge.turbulence import Turbulence
+from sim_bridge.wind.wind import Wind
 from sim_bridge.wire import STEERING_BYTES
 
 # Columns of the truth, a row a tick. `state` columns are what the firmware's KITE_STATE of that tick said.
@@ -62,7 +62,7 @@ class Flight:
         self._stations = stations
         self._watch = watch
         self._sensors = Sensors(scenario)
-        self._turbulence = Turbulence(scenario, self.period_s)
+        self._wind = Wind(scenario, self.period_s)
         self._start = self.plant.truth()
         down, up = link_settings(scenario, "control", self.period_s)
         seed = scenario["run.seed"]
@@ -185,7 +185,7 @@ class Flight:
             self._fly_for(until - now, flying)
             now = until
         if flying:
-            self._turbulence.advance()
+            self._wind.advance()
 
     def _fly_for(self, duration: float, flying: bool) -> None:
         """Fly on while no new command is felt."""
@@ -195,7 +195,7 @@ class Flight:
         dt = duration / steps
         for _ in range(steps):
             if flying:
-                self.plant.step(dt, actuator.position_after(0.5 * dt), self._turbulence.factor)
+                self.plant.step(dt, actuator.position_after(0.5 * dt), self._wind.air)
             actuator.advance(dt)
 
 

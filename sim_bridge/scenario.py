@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from protocol.parameter_table import float32, load_parameters
-from sim_bridge.scenario_keys import KEYS, Value
+from sim_bridge.key import Value
+from sim_bridge.scenario_keys import KEYS
 
 
 class ScenarioError(Exception):
@@ -155,11 +156,15 @@ def _typed(key: str, text: str, where: str) -> Value:
         if not number.is_integer():
             raise ScenarioError(f"{where}: {key} takes a whole number")
         return int(text) if text.lstrip("+-").isdigit() else int(number)
+    if kind is tuple:
+        return tuple(_number(part.strip(), where) for part in text.split(","))
     return _number(text, where) if kind is float else text
 
 
-def _checked(key: str, value: Value, where: str) -> Value:
+def _checked(key: str, value: Any, where: str) -> Value:
     entry = KEYS[key]
+    if entry.kind is tuple:
+        return _checked_numbers(key, value, where)
     if entry.kind is float and isinstance(value, int) and not isinstance(value, bool):
         value = float(value)
     if not isinstance(value, entry.kind) or (entry.kind is int and isinstance(value, bool)):
@@ -170,3 +175,16 @@ def _checked(key: str, value: Value, where: str) -> Value:
     if entry.kind in (float, int) and not entry.least <= value <= entry.greatest:  # type: ignore[operator]
         raise ScenarioError(f"{where}: {key} = {value:g} is outside {entry.least:g} to {entry.greatest:g}")
     return value
+
+
+def _checked_numbers(key: str, value: Any, where: str) -> tuple[float, ...]:
+    """A list of numbers, as one of floats; each lies within the key's bounds."""
+    entry = KEYS[key]
+    if not isinstance(value, list | tuple) or not value:
+        raise ScenarioError(f"{where}: {key} takes a list of numbers, not {value!r}")
+    for number in value:
+        if isinstance(number, bool) or not isinstance(number, int | float):
+            raise ScenarioError(f"{where}: {key} takes numbers, not {number!r}")
+        if not entry.least <= number <= entry.greatest:
+            raise ScenarioError(f"{where}: {key}: {number:g} is outside {entry.least:g} to {entry.greatest:g}")
+    return tuple(float(number) for number in value)

@@ -3,25 +3,11 @@
 One table serves the reading of TOML files, `--set`, and `kite-sitl keys`.
 """
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from sim_bridge.key import Key, number
+from sim_bridge.plants.kite_keys import KITE_KEYS
+from sim_bridge.wind.profile import LAWS
 
-Value = float | int | bool | str | None
-
-
-class Key(NamedTuple):
-    """One key: numbers lie between `least` and `greatest`, text is one of `choices` (any, if there are none)."""
-
-    default: Value
-    text: str
-    least: float = 0.0
-    greatest: float = float("inf")
-    choices: Sequence[str] = ()
-    kind: type = float
-
-
-def _number(default: float | None, text: str, least: float = 0.0, greatest: float = float("inf")) -> Key:
-    return Key(default, text, least, greatest)
+PLANTS = ("turning-rate", "one-point", "four-point", "vortex-lattice")
 
 
 def _flag(default: bool, text: str) -> Key:
@@ -42,43 +28,53 @@ def _link(name: str, what: str) -> dict[str, Key]:
     }
     keys = {}
     for key, (text, greatest) in both.items():
-        keys[f"link.{name}.{key}"] = _number(0.1 if key == "reorder_s" else 0.0, f"{what}: {text}", 0.0, greatest)
+        keys[f"link.{name}.{key}"] = number(0.1 if key == "reorder_s" else 0.0, f"{what}: {text}", 0.0, greatest)
     for direction, way in (("down", "towards the firmware"), ("up", "from the firmware")):
         for key, (text, greatest) in both.items():
             alone = "one-way delay" if key == "delay_s" else text
             note = f"{what}, {way}: {alone} (unset: as for both)"
-            keys[f"link.{name}.{direction}.{key}"] = _number(None, note, 0.0, greatest)
+            keys[f"link.{name}.{direction}.{key}"] = number(None, note, 0.0, greatest)
     return keys
 
 
 KEYS: dict[str, Key] = {
     "title": Key("", "one line about the scenario", kind=str),
-    "plant.kind": Key("turning-rate", "the plant that flies", choices=("turning-rate",), kind=str),
+    "plant.kind": Key("turning-rate", "the plant that flies", choices=PLANTS, kind=str),
     "plant.speed_law": Key(
         "constant",
         "constant: speed_over_length; glide: Va = wind * glide_ratio * cos(angle to the wind) (Erhard and Strauch)",
         choices=("constant", "glide"), kind=str),
-    "plant.turn_k": _number(0.25, "turning-rate constant K [rad/m]", 1e-4, 100.0),
-    "plant.airspeed_m_s": _number(20.0, "apparent wind speed of the constant law [m/s]", 0.1, 200.0),
-    "plant.speed_over_length": _number(0.2, "speed over line length of the constant law [1/s]", 1e-3, 20.0),
-    "plant.line_length_m": _number(100.0, "line length [m]", 1.0, 2000.0),
-    "plant.glide_ratio": _number(5.0, "glide ratio of the glide law", 0.1, 50.0),
-    "plant.gravity_m_s2": _number(0.0, "gravity constant c2 of the turning-rate law [m/s^2]", 0.0, 50.0),
-    "plant.offset_rad_s": _number(0.0, "turning rate at neutral steering [rad/s]", -10.0, 10.0),
+    "plant.turn_k": number(0.25, "turning-rate constant K [rad/m]", 1e-4, 100.0),
+    "plant.airspeed_m_s": number(20.0, "apparent wind speed of the constant law [m/s]", 0.1, 200.0),
+    "plant.speed_over_length": number(0.2, "speed over line length of the constant law [1/s]", 1e-3, 20.0),
+    "plant.line_length_m": number(100.0, "line length [m]", 1.0, 2000.0),
+    "plant.glide_ratio": number(5.0, "glide ratio of the glide law", 0.1, 50.0),
+    "plant.gravity_m_s2": number(0.0, "gravity constant c2 of the turning-rate law [m/s^2]", 0.0, 50.0),
+    "plant.offset_rad_s": number(0.0, "turning rate at neutral steering [rad/s]", -10.0, 10.0),
     "plant.transport": _flag(True, "straight flight is a great circle; false keeps the turning angle instead"),
-    "plant.step_s": _number(0.01, "longest step of the integration [s]", 1e-4, 0.1),
-    "wind.speed_m_s": _number(8.0, "wind speed of the glide law [m/s]", 0.0, 60.0),
-    "wind.turbulence_intensity": _number(0.0, "standard deviation over mean of wind or airspeed", 0.0, 0.5),
-    "wind.turbulence_time_s": _number(4.0, "correlation time of the turbulence [s]", 0.01, 1000.0),
-    "actuator.dead_time_s": _number(0.0, "time before a command is felt [s]", 0.0, 5.0),
-    "actuator.rate_limit_per_s": _number(0.0, "greatest rate of the steering [1/s]; 0 is no limit", 0.0, 1000.0),
-    "actuator.saturation": _number(0.0, "greatest steering to either side; 0 is no limit", 0.0, 10.0),
-    "actuator.lag_s": _number(0.0, "time constant of a first-order lag [s]; 0 is none", 0.0, 5.0),
-    "sensors.rate_hz": _number(0.0, "samples a second; 0 is one for each tick of the loop", 0.0, 1000.0),
-    "sensors.noise_rad": _number(0.0, "standard deviation of azimuth and elevation [rad]", 0.0, 0.5),
-    "sensors.resolution_rad": _number(0.0, "step of azimuth and elevation [rad]; 0 is none", 0.0, 0.5),
-    "sensors.course_noise_rad": _number(0.0, "standard deviation of course and heading [rad]", 0.0, 3.0),
-    "sensors.airspeed_noise": _number(0.0, "standard deviation of the airspeed over its value", 0.0, 1.0),
+    "plant.step_s": number(0.01, "longest step of the integration [s]", 1e-4, 0.1),
+    "wind.speed_m_s": number(8.0, "mean wind speed, 6 m above ground [m/s]", 0.0, 60.0),
+    "wind.profile": Key("constant", "how the mean wind grows with height", choices=tuple(LAWS), kind=str),
+    "wind.exponent": number(1.0 / 7.0, "exponent of the exp and explog profiles", 0.0, 1.0),
+    "wind.turbulence_intensity": number(0.0, "standard deviation over mean of wind or airspeed", 0.0, 0.5),
+    "wind.turbulence_time_s": number(4.0, "correlation time of the turbulence [s]", 0.01, 1000.0),
+    **KITE_KEYS,
+    "tether.segments": Key(6, "segments of the tether", 1, 50, kind=int),
+    "tether.diameter_m": number(0.004, "diameter of the tether [m]", 1e-4, 0.05),
+    "tether.drag_coefficient": number(0.958, "drag coefficient of the tether across the flow", 0.0, 2.0),
+    "tether.mass_kg_m": number(0.011, "mass of a metre of tether [kg/m]", 1e-4, 1.0),
+    "tether.stiffness_n": number(614600.0, "stiffness of the tether: force over strain [N]", 100.0, 1e8),
+    "tether.damping_n_s": number(473.0, "damping of the tether: force over rate of strain [N s]", 0.0, 1e6),
+    "tether.compression": number(0.05, "share of the tether's stiffness left in compression", 0.0, 1.0),
+    "actuator.dead_time_s": number(0.0, "time before a command is felt [s]", 0.0, 5.0),
+    "actuator.rate_limit_per_s": number(0.0, "greatest rate of the steering [1/s]; 0 is no limit", 0.0, 1000.0),
+    "actuator.saturation": number(0.0, "greatest steering to either side; 0 is no limit", 0.0, 10.0),
+    "actuator.lag_s": number(0.0, "time constant of a first-order lag [s]; 0 is none", 0.0, 5.0),
+    "sensors.rate_hz": number(0.0, "samples a second; 0 is one for each tick of the loop", 0.0, 1000.0),
+    "sensors.noise_rad": number(0.0, "standard deviation of azimuth and elevation [rad]", 0.0, 0.5),
+    "sensors.resolution_rad": number(0.0, "step of azimuth and elevation [rad]; 0 is none", 0.0, 0.5),
+    "sensors.course_noise_rad": number(0.0, "standard deviation of course and heading [rad]", 0.0, 3.0),
+    "sensors.airspeed_noise": number(0.0, "standard deviation of the airspeed over its value", 0.0, 1.0),
     "sensors.course": _flag(True, "the course is measured"),
     "sensors.heading": _flag(True, "the heading is measured"),
     "sensors.distance": _flag(True, "the distance is measured"),
@@ -88,11 +84,11 @@ KEYS: dict[str, Key] = {
     **_link("ground", "ground-station path"),
     "ground.send_to": Key("127.0.0.1:14550", "where ground stations are sent to", kind=str),
     "ground.listen": Key("127.0.0.1:14551", "where ground stations may come to; port 0 is any", kind=str),
-    "start.path_parameter": _number(0.0, "where on the eight the flight starts: s [rad]", -100.0, 100.0),
-    "start.offset_rad": _number(0.0, "start beside the curve, positive to the right, towards e2 when flying up [rad]",
+    "start.path_parameter": number(0.0, "where on the eight the flight starts: s [rad]", -100.0, 100.0),
+    "start.offset_rad": number(0.0, "start beside the curve, positive to the right, towards e2 when flying up [rad]",
                                 -1.5, 1.5),
-    "start.course_error_rad": _number(0.0, "start with this course off the curve's [rad]", -3.2, 3.2),
-    "run.duration_s": _number(60.0, "length of the flight [s]", 0.1, 1e6),
-    "run.settle_s": _number(10.0, "numbers are taken after this time [s]", 0.0, 1e6),
+    "start.course_error_rad": number(0.0, "start with this course off the curve's [rad]", -3.2, 3.2),
+    "run.duration_s": number(60.0, "length of the flight [s]", 0.1, 1e6),
+    "run.settle_s": number(10.0, "numbers are taken after this time [s]", 0.0, 1e6),
     "run.seed": Key(1, "seed of everything random", 0, 2**63 - 1, kind=int),
 }

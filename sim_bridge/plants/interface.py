@@ -2,6 +2,8 @@
 
 from typing import NamedTuple, Protocol
 
+from sim_bridge.wind.air import Air
+
 Vector = tuple[float, float, float]
 
 
@@ -18,12 +20,16 @@ class Truth(NamedTuple):
 
 
 class Plant(Protocol):
-    """A kite on its line. `step_s` is the longest step that it should be given."""
+    """A kite on its line.
+
+    `step_s` is the longest step that it should be given; `trouble` says why it can fly no more, None while it can.
+    """
 
     step_s: float
+    trouble: str | None
 
-    def step(self, dt: float, steering: float, gust: float) -> None:
-        """Fly on by `dt` [s] with the mean actual `steering` and the wind's factor `gust`."""
+    def step(self, dt: float, steering: float, air: Air) -> None:
+        """Fly on by `dt` [s] with the mean actual `steering` in the wind `air`."""
         ...
 
     def truth(self) -> Truth:

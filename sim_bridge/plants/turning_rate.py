@@ -11,6 +11,7 @@ from math import atan2, cos, hypot, sin, sqrt
 
 from sim_bridge.plants.interface import Truth, Vector
 from sim_bridge.scenario import Scenario
+from sim_bridge.wind.air import Air
 
 _LEAST_AIRSPEED = 0.5  # of the glide law, at the edge of the wind window [m/s]
 _TIDY_STEPS = 256
@@ -26,6 +27,7 @@ class TurningRatePlant:
 
     def __init__(self, scenario: Scenario, position: Vector, direction: Vector):
         self.step_s = scenario["plant.step_s"]
+        self.trouble: str | None = None
         self._turn_k = scenario["plant.turn_k"]
         self._length = scenario["plant.line_length_m"]
         self._gravity = scenario["plant.gravity_m_s2"]
@@ -47,9 +49,9 @@ class TurningRatePlant:
             return self._airspeed * self._gust
         return max(_LEAST_AIRSPEED, self._wind * self._gust * self._glide * self._position[0])
 
-    def step(self, dt: float, steering: float, gust: float) -> None:
+    def step(self, dt: float, steering: float, air: Air) -> None:
         """Fly on by `dt` [s]; see Plant."""
-        self._gust = gust
+        self._gust = air.gust
         position, nose = self._position, self._nose
         turning, forward, sideways = self._rates(steering)
         if not self._constant:

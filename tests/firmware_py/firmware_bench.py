@@ -11,6 +11,7 @@ from sim_bridge.runtimes.interface import clock_us
 from sim_bridge.runtimes.memory import MemoryRuntime
 from sim_bridge.scenario import Scenario
 from sim_bridge.sensors import Sample
+from sim_bridge.wind.air import Air
 
 NAMES = [entry[0] for entry in PARAMETERS]
 PERIOD_S = 0.02
@@ -21,6 +22,8 @@ HEADING = dialect.KITE_VALID_HEADING
 DISTANCE = dialect.KITE_VALID_DISTANCE
 AIRSPEED = dialect.KITE_VALID_AIRSPEED
 EVERYTHING = 0xFF
+
+_AIR = Air(8.0)
 
 Sky = Callable[[float, float], Sample | None]
 
@@ -56,7 +59,7 @@ class FlyingKite:
     def __call__(self, time_s: float, steering: float) -> Sample | None:
         if self._ticks:
             for _ in range(2):
-                self.plant.step(0.5 * PERIOD_S, steering, 1.0)
+                self.plant.step(0.5 * PERIOD_S, steering, _AIR)
         self._ticks += 1
         truth = self.plant.truth()
         x, y, z = truth.position

@@ -8,9 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from analysis.target_eight import great_circle_distance, turning_angle
-from sim_bridge.plants import make_plant
+from sim_bridge.plants.choice import make_plant
 from sim_bridge.scenario import Scenario
+from sim_bridge.wind.air import Air
 
+AIR = Air(8.0)
 angles = st.floats(-3.0, 3.0)
 elevations = st.floats(-1.2, 1.2)
 
@@ -34,7 +36,7 @@ def test_without_steering_it_flies_a_great_circle_at_the_given_speed(azimuth, el
     start = plant.truth()
     normal = np.cross(start.position, start.velocity)
     for _ in range(300):
-        plant.step(0.01, 0.0, 1.0)
+        plant.step(0.01, 0.0, AIR)
     end = plant.truth()
     assert abs(normal @ np.array(end.position)) < 1e-9
     assert great_circle_distance(np.array(start.position), np.array(end.position)) == pytest.approx(0.9, abs=1e-9)
@@ -52,7 +54,7 @@ def test_constant_steering_flies_a_small_circle_of_the_tightest_turns_radius(azi
     period = 2 * math.pi / math.hypot(turning, 0.5)
     start, positions = plant.truth(), []
     for _ in range(400):
-        plant.step(period / 400, steering, 1.0)
+        plant.step(period / 400, steering, AIR)
         positions.append(plant.truth().position)
     end = plant.truth()
     assert end.position == pytest.approx(start.position, abs=1e-9)
@@ -64,7 +66,7 @@ def test_constant_steering_flies_a_small_circle_of_the_tightest_turns_radius(azi
 def test_positive_steering_turns_the_heading_positively_and_up_is_zero():
     plant = plant_at(0.0, 0.0, 0.0, plant__speed_over_length=0.1)
     assert plant.truth().course == pytest.approx(0.0)
-    plant.step(0.05, 0.2, 1.0)
+    plant.step(0.05, 0.2, AIR)
     truth = plant.truth()
     assert truth.course > 0.0
     assert truth.velocity[2] > 0.0 and truth.velocity[1] < 0.0  # up, and from there towards -y
@@ -73,7 +75,7 @@ def test_positive_steering_turns_the_heading_positively_and_up_is_zero():
 def test_without_transport_the_turning_angle_obeys_the_papers_law_alone():
     plant = plant_at(0.4, 0.7, 1.0, plant__transport=False, plant__turn_k=0.1, plant__airspeed_m_s=10.0)
     for _ in range(100):
-        plant.step(0.01, 0.2, 1.0)
+        plant.step(0.01, 0.2, AIR)
     assert plant.truth().course == pytest.approx(1.0 + 0.1 * 10.0 * 0.2 * 1.0, abs=1e-6)
 
 
@@ -81,7 +83,7 @@ def test_gravity_turns_the_nose_down_by_the_laws_amount():
     """At rest beside the meridian the rate is c2 / Va sin(psi) cos(elevation)."""
     plant = plant_at(0.0, 0.6, 0.5, plant__gravity_m_s2=4.0, plant__airspeed_m_s=20.0,
                      plant__speed_over_length=1e-3)
-    plant.step(0.01, 0.0, 1.0)
+    plant.step(0.01, 0.0, AIR)
     rate = (plant.truth().heading - 0.5) / 0.01
     assert rate == pytest.approx(4.0 / 20.0 * math.sin(0.5) * math.cos(0.6), rel=0.01)
 
@@ -104,7 +106,7 @@ def test_integration_is_of_second_order_where_it_is_not_exact():
     def end(step):
         plant = plant_at(0.0, 0.6, 1.0, plant__speed_law="glide", plant__gravity_m_s2=4.0, wind__speed_m_s=8.0)
         for tick in range(round(4.0 / step)):
-            plant.step(step, 0.1 * math.sin(tick * step + step / 2), 1.0)
+            plant.step(step, 0.1 * math.sin(tick * step + step / 2), AIR)
         return np.array(plant.truth().position)
 
     best = end(0.000625)

@@ -1,0 +1,112 @@
+"""What all kites that hang on a segmented tether have in common: wind, start, truth, and when a flight is over."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from math import atan2, sqrt
+
+import numpy as np
+
+from sim_bridge.plants.interface import Truth, Vector
+from sim_bridge.plants.particles import ParticleSystem, Points, Spring
+from sim_bridge.plants.tether import Tether
+from sim_bridge.scenario import Scenario
+from sim_bridge.wind.air import Air
+from sim_bridge.wind.profile import LAWS, air_density, wind_at
+
+_LEAST_HEIGHT_M = 0.5
+
+
+class TetheredKite(ABC):
+    """A particle system whose first points are the tether's; the kite's own come after them.
+
+    Subclasses fill in the forces, and say where the kite is and where its nose points.
+    """
+
+    def __init__(self, scenario: Scenario, step_s: float):
+        self.step_s = step_s
+        self.trouble: str | None = None
+        self.tether = Tether.from_scenario(scenario)
+        self._law = LAWS[scenario["wind.profile"]]
+        self._exponent = scenario["wind.exponent"]
+        self.steering = 0.0
+        self.density = 0.0
+        self.wind = np.zeros(3)  # at the kite [m/s]
+        self.tether_wind = np.zeros(3)  # at half its height
+        self.system: ParticleSystem
+
+    def build(self, positions: Points, velocities: Points, masses: Points, springs: Sequence[Spring],
+              air: Air) -> None:
+        """Make the particle system, the kite in the wind `air`."""
+        self.system = ParticleSystem(positions, velocities, masses, springs)
+        self.feel(air)
+
+    @abstractmethod
+    def forces(self, x: Points, v: Points, out: Points) -> None:
+        """Add all forces but the springs' to `out` (n, 3) [N]."""
+
+    @abstractmethod
+    def kite_position(self) -> Points:
+        """Where the kite is (3,) [m]."""
+
+    @abstractmethod
+    def kite_velocity(self) -> Points:
+        """How it moves (3,) [m/s]."""
+
+    @abstractmethod
+    def nose(self) -> Points:
+        """Direction of its nose (3,); need not be tangent to the sphere, nor of unit length."""
+
+    def apparent_wind(self) -> Points:
+        """Wind that the kite feels (3,) [m/s]."""
+        return self.wind - self.kite_velocity()
+
+    def feel(self, air: Air) -> None:
+        """Take the wind and the air's density at the kite's height."""
+        height = max(0.0, float(self.kite_position()[2]))
+        self.density = air_density(height)
+        self.wind[:] = wind_at(air, self._law, self._exponent, height)
+        self.tether_wind[:] = wind_at(air, self._law, self._exponent, 0.5 * height)
+
+    def step(self, dt: float, steering: float, air: Air) -> None:
+        """Fly on by `dt` [s]; see Plant."""
+        if self.trouble:
+            return
+        self.steering = steering
+        self.feel(air)
+        self.system.step(dt, self.forces)
+        self._look_for_trouble()
+
+    def truth(self) -> Truth:
+        """See Plant."""
+        position, velocity = self.kite_position(), self.kite_velocity()
+        distance = sqrt(float(position @ position))
+        gamma = position / distance
+        rate = (velocity - (velocity @ gamma) * gamma) / distance
+        apparent = self.apparent_wind()
+        return Truth(
+            _vector(gamma), _vector(rate), _turning_angle(gamma, rate), _turning_angle(gamma, self.nose()), distance,
+            sqrt(float(apparent @ apparent)), max(0.0, self.system.tension(0)))
+
+    def _look_for_trouble(self) -> None:
+        position = self.kite_position()
+        if not np.isfinite(self.system.x).all():
+            self.trouble = f"the state of the kite is lost: a step of {self.step_s:g} s is too long for it"
+        elif position[2] < _LEAST_HEIGHT_M:
+            wind = sqrt(float(self.wind @ self.wind))
+            slack = ", its tether slack" if self.system.tension(0) <= 0.0 else ""
+            self.trouble = f"the kite came down to the ground in {wind:.1f} m/s of wind{slack}"
+
+
+def tangent_part(position: Points, direction: Points) -> Points:
+    """The unit vector along `direction` (3,) that is tangent to the sphere at unit `position` (3,)."""
+    tangent = direction - (direction @ position) * position
+    return tangent / np.linalg.norm(tangent)
+
+
+def _turning_angle(gamma: Points, direction: Points) -> float:
+    return atan2(float(direction[0] * gamma[1] - direction[1] * gamma[0]),
+                 float(direction[2] - (direction @ gamma) * gamma[2]))
+
+
+def _vector(values: Points) -> Vector:
+    return float(values[0]), float(values[1]), float(values[2])

@@ -1,0 +1,1 @@
+"""The wind: how it grows with height, how it changes with time, how it gusts."""
