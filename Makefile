@@ -10,7 +10,7 @@ help: ## list these targets
 
 $(VENV)/.installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[plots,analysis]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[plots,analysis,fast]'
 	@touch $@
 
 $(VENV)/.installed-dev: $(VENV)/.installed

@@ -61,6 +61,8 @@ def _parser() -> argparse.ArgumentParser:
     bench = verbs.add_parser("bench", help="measure how fast the loop runs on this machine")
     bench.add_argument("--runtime", choices=("inproc", "micropython"), default="inproc",
                        help="inproc: speed of the loop here; micropython: memory and time of a tick (default: inproc)")
+    bench.add_argument("--scenario", metavar="NAME",
+                       help="what is flown (default: paper-delay-tuned; small-kite for micropython)")
     bench.add_argument("--duration", type=_positive, metavar="S",
                        help="simulated seconds (60; 600 for micropython)")
     bench.set_defaults(do=commands.bench)

@@ -17,7 +17,7 @@ from sim_bridge.paper import make_paper
 from sim_bridge.replay import play, plot_replay
 from sim_bridge.run import RecordedGround, RunOptions, RunResult, run_scenario
 from sim_bridge.run_log import format_row, read_run
-from sim_bridge.scenario import Scenario, ScenarioError, load_scenario, scenario_names
+from sim_bridge.scenario import Scenario, ScenarioError, load_scenario, scenario_names, set_for_plant
 from sim_bridge.scenario_keys import KEYS
 
 _MODES = ("STANDBY", "MANUAL", "PARK", "TRACK")
@@ -80,6 +80,10 @@ def hil(options: Namespace) -> int:
 def _scenario(options: Namespace) -> Scenario:
     """The scenario that the options name, with their changes."""
     scenario = load_scenario(options.scenario)
+    for assignment in options.set:
+        key, _, kind = assignment.partition("=")
+        if key.strip() == "plant.kind" and not options.scenario.endswith(".toml"):
+            scenario = set_for_plant(scenario, kind.strip(), notice)
     for assignment in options.set:
         scenario.set_text(assignment, "--set")
     for assignment in options.param:
@@ -183,7 +187,7 @@ def bench(options: Namespace) -> int:
     """`kite-sitl bench`."""
     if options.runtime == "micropython":
         return _bench_micropython(options)
-    numbers = measure_speed(options.duration or 60.0)
+    numbers = measure_speed(options.scenario or "paper-delay-tuned", options.duration or 60.0, notice)
     if options.json:
         print(json.dumps(numbers))
         return 0
@@ -193,7 +197,7 @@ def bench(options: Namespace) -> int:
 
 
 def _bench_micropython(options: Namespace) -> int:
-    numbers = bench_micropython(load_scenario("small-kite"), options.duration or 600.0)
+    numbers = bench_micropython(load_scenario(options.scenario or "small-kite"), options.duration or 600.0)
     if options.json:
         print(json.dumps(numbers))
         return 0
@@ -231,6 +235,8 @@ def _report(result: RunResult, as_json: bool) -> None:
     if "verdict" not in numbers:
         print("ended before the flight began")
         return
+    if numbers["trouble"]:
+        print(f"ended: {numbers['trouble']}")
     print(f"{numbers['verdict']}: cross-track {math.degrees(numbers['cross_track_rms_rad']):.2f} deg RMS, "
           f"{math.degrees(numbers['cross_track_max_rad']):.2f} deg at most; turning angle "
           f"{math.degrees(numbers['turning_angle_rms_rad']):.1f} deg RMS; steering {numbers['steering_rms']:.3f} RMS, "

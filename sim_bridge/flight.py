@@ -114,9 +114,14 @@ class Flight:
         self.tick += 1
         self._advance(time_s, self.time_s, flying)
 
+    @property
+    def trouble(self) -> str | None:
+        """Why the kite can fly no more; None while it can."""
+        return self.plant.trouble
+
     def fly(self, until_s: float) -> None:
-        """Step until `until_s`."""
-        while self.time_s < until_s - 1e-9:
+        """Step until `until_s`, or until the kite can fly no more."""
+        while self.time_s < until_s - 1e-9 and not self.trouble:
             self.step()
 
     def allow_for(self, delay_s: float) -> None:
@@ -136,7 +141,8 @@ class Flight:
 
     def metrics(self) -> Metrics:
         """The flight's numbers, after the scenario's settling time."""
-        return measure(self.track(), self.eight, self.scenario["run.settle_s"])
+        metrics = measure(self.track(), self.eight, self.scenario["run.settle_s"])
+        return metrics._replace(verdict="crashed") if self.trouble else metrics
 
     def recent_errors(self, seconds: float) -> tuple[float, float]:
         """RMS of cross-track and turning-angle error [rad] over the last `seconds`, for a status line."""

@@ -10,6 +10,7 @@ from typing import Any
 from sim_bridge.flight import Flight
 from sim_bridge.ground_path import GroundLink, GroundSocket
 from sim_bridge.link_emulation import link_settings
+from sim_bridge.plants.choice import warm_up
 from sim_bridge.run_log import RunLog
 from sim_bridge.runtimes.inproc import InprocRuntime
 from sim_bridge.runtimes.interface import FirmwareError, Runtime
@@ -66,6 +67,7 @@ def run_scenario(scenario: Scenario, options: RunOptions, recorded: Any = None, 
     log = None
     try:
         log = RunLog(options.log) if options.log else None
+        warm_up(scenario, notice)
         runtime = runtime or make_runtime(options.runtime, options.speed == 1, log is not None, notice)
         ground = recorded
         if stations:
@@ -100,7 +102,8 @@ def sum_up(flight: Flight, wall_s: float) -> dict[str, Any]:
     return {
         "scenario": scenario.name, "plant": scenario["plant.kind"], "runtime": flight.runtime.name,
         "seed": scenario["run.seed"], "sim_s": sim_s, "wall_s": wall_s, "real_time_factor": sim_s / wall_s,
-        **(flight.metrics()._asdict() if flight.rows else {}), "ticks": len(flight.rows), "overruns": flight.overruns,
+        **(flight.metrics()._asdict() if flight.rows else {}), "trouble": flight.trouble,
+        "ticks": len(flight.rows), "overruns": flight.overruns,
     }
 
 
@@ -116,7 +119,7 @@ def _fly(flight: Flight, options: RunOptions) -> tuple[float, bool]:
     next_second = math.floor(flight.time_s) + 1.0
     started = time.perf_counter()
     try:
-        while flight.time_s < end_s - 1e-9:
+        while flight.time_s < end_s - 1e-9 and not flight.trouble:
             if flight.tick == 0:
                 started = time.perf_counter()
             flight.step()

@@ -2,13 +2,14 @@
 
 import difflib
 import tomllib
+from collections.abc import Callable
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from protocol.parameter_table import float32, load_parameters
 from sim_bridge.key import Value
-from sim_bridge.scenario_keys import KEYS
+from sim_bridge.scenario_keys import KEYS, PLANTS
 
 
 class ScenarioError(Exception):
@@ -106,6 +107,27 @@ def load_scenario(name: str) -> Scenario:
         raise ScenarioError(f"no scenario {name}{_suggest(name, names)}; kite-sitl list shows all")
     text = (resources.files("sim_bridge") / "scenarios" / f"{name}.toml").read_text("utf-8")
     return parse_scenario(name, text, f"{name}.toml")
+
+
+def set_for_plant(scenario: Scenario, kind: str, notice: Callable[[str], None]) -> Scenario:
+    """The set of kite, line and eight that comes with the project for flying its `scenario` with the plant `kind`.
+
+    small-kite and one-point give small-kite-one-point.
+
+    Raises:
+        ScenarioError: no such plant, or no set for it.
+    """
+    if kind not in PLANTS:
+        raise ScenarioError(f"--set plant.kind={kind}: no such plant{_suggest(kind, PLANTS)}")
+    if scenario["plant.kind"] == kind:
+        return scenario
+    family = scenario.name.removesuffix(f"-{scenario['plant.kind']}")
+    name = family if kind == "turning-rate" else f"{family}-{kind}"
+    if name not in scenario_names():
+        sets = [other for other in scenario_names() if load_scenario(other)["plant.kind"] == kind]
+        raise ScenarioError(f"--set plant.kind={kind}: {scenario.name} has no set for it; there are {', '.join(sets)}")
+    notice(f"flying {name}, the set of kite, line and eight for this plant")
+    return load_scenario(name)
 
 
 def parse_scenario(name: str, text: str, where: str) -> Scenario:

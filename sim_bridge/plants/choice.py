@@ -1,9 +1,16 @@
 """The choice of a plant by its name."""
 
+import threading
+import time
+from collections.abc import Callable
 from importlib import import_module
+from importlib.util import find_spec
 
+from analysis.target_eight import TargetEight
 from sim_bridge.plants.interface import Plant, Vector
 from sim_bridge.scenario import Scenario
+from sim_bridge.start_state import start_position
+from sim_bridge.wind.air import Air
 
 # Loaded when flown: the compiler that some need takes a while to load.
 _PLANTS = {
@@ -22,3 +29,28 @@ def make_plant(scenario: Scenario, position: Vector, direction: Vector) -> Plant
     """
     module, name = _PLANTS[scenario["plant.kind"]]
     return getattr(import_module(f"sim_bridge.plants.{module}"), name)(scenario, position, direction)
+
+
+def warm_up(scenario: Scenario, notice: Callable[[str], None]) -> None:
+    """Have the scenario's plant compiled before the flight; `notice` is told if that takes a while.
+
+    Raises:
+        ScenarioError: as `make_plant`.
+    """
+    kind = scenario["plant.kind"]
+    if kind == "turning-rate":
+        return
+    if find_spec("numba") is None:
+        notice(f"the {kind} plant flies as plain Python; pip install 'kitepilot[fast]' makes it much faster")
+        return
+    waiting = threading.Timer(1.5, notice, [f"compiling the {kind} plant, once for this machine"])
+    waiting.daemon = True
+    begin = time.monotonic()
+    waiting.start()
+    try:
+        plant = make_plant(scenario, *start_position(scenario, TargetEight.from_parameters(scenario.parameter)))
+        plant.step(1e-4, 0.0, Air(scenario["wind.speed_m_s"]))
+    finally:
+        waiting.cancel()
+    if (took_s := time.monotonic() - begin) > 1.5:
+        notice(f"compiled in {took_s:.1f} s, and kept for the next flights")

@@ -17,7 +17,7 @@ from sim_bridge.cli import main
 
 KEYS = {
     "scenario", "plant", "runtime", "seed", "sim_s", "wall_s", "real_time_factor", "cross_track_rms_rad",
-    "cross_track_max_rad", "turning_angle_rms_rad", "steering_rms", "saturated_fraction", "verdict", "ticks",
+    "cross_track_max_rad", "turning_angle_rms_rad", "steering_rms", "saturated_fraction", "verdict", "trouble", "ticks",
     "overruns",
 }
 FLIGHTS = Path(__file__).parent.parent / "data" / "flight"
