@@ -6,6 +6,7 @@ bridge read it here for units, limits and documentation.
 
 import struct
 import tomllib
+from functools import cache
 from importlib import resources
 from typing import NamedTuple
 
@@ -69,6 +70,7 @@ def parse_parameters(text: str) -> dict[str, Parameter]:
     return table
 
 
+@cache
 def load_parameters() -> dict[str, Parameter]:
-    """The project's table, by name, in the order of param_index."""
+    """The project's table, by name, in the order of param_index; read once, so not to be changed."""
     return parse_parameters(resources.files("protocol").joinpath("parameters.toml").read_text("utf-8"))

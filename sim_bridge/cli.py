@@ -11,9 +11,12 @@ from analysis.flight_data import FlightDataError
 from sim_bridge import commands
 from sim_bridge.boards.cli import add_board_verbs
 from sim_bridge.boards.image import BoardError
+from sim_bridge.design import add_design_verb
 from sim_bridge.run import RUNTIMES
 from sim_bridge.runtimes.interface import FirmwareError
 from sim_bridge.scenario import ScenarioError
+from sim_bridge.scenario_keys import PLANTS
+from sim_bridge.sweeps.cli import add_sweep_verb
 
 
 def _positive(text: str) -> float:
@@ -47,6 +50,8 @@ def _parser() -> argparse.ArgumentParser:
 
     paper = verbs.add_parser("paper", help="make the paper's figures and a table of their numbers")
     paper.add_argument("--out", metavar="DIR", default="paper", help="folder to write into (default: paper)")
+    paper.add_argument("--plant", choices=PLANTS, default="turning-rate",
+                       help="the plant that flies, with its own line, eight and gains (default: turning-rate)")
     paper.set_defaults(do=commands.paper)
 
     replay = verbs.add_parser(
@@ -66,6 +71,8 @@ def _parser() -> argparse.ArgumentParser:
     bench.add_argument("--duration", type=_positive, metavar="S",
                        help="simulated seconds (60; 600 for micropython)")
     bench.set_defaults(do=commands.bench)
+    add_sweep_verb(verbs)
+    add_design_verb(verbs)
     add_board_verbs(verbs)
     for verb in (listing, keys, rerun, paper, replay, bench):
         verb.add_argument("--json", action="store_true", help="print JSON for a script")

@@ -80,6 +80,7 @@ def hil(options: Namespace) -> int:
 def _scenario(options: Namespace) -> Scenario:
     """The scenario that the options name, with their changes."""
     scenario = load_scenario(options.scenario)
+    options.set.sort(key=lambda assignment: not assignment.startswith("plant.kind"))  # other keys depend on it
     for assignment in options.set:
         key, _, kind = assignment.partition("=")
         if key.strip() == "plant.kind" and not options.scenario.endswith(".toml"):
@@ -142,15 +143,15 @@ def paper(options: Namespace) -> int:
     new_figure()
     folder = Path(options.out)
     try:
-        rows = make_paper(folder, (lambda text: None) if options.json else print)
+        rows = make_paper(folder, options.plant, (lambda text: None) if options.json else print)
     except OSError as error:
         raise ScenarioError(f"--out {folder}: {error.strerror}") from error
     if options.json:
         print(json.dumps(rows))
         return 0
-    print(f"\n{'scenario':20} {'verdict':10} {'cross-track rms':>16} {'turning angle rms':>18}")
+    print(f"\n{'scenario':34} {'verdict':10} {'cross-track rms':>16} {'turning angle rms':>18}")
     for row in rows:
-        print(f"{row['scenario']:20} {row['verdict']:10} {row['cross_track_rms_rad']:12.4f} rad "
+        print(f"{row['scenario']:34} {row['verdict']:10} {row['cross_track_rms_rad']:12.4f} rad "
               f"{row['turning_angle_rms_rad']:14.3f} rad")
     print(f"seven figures and numbers.csv in {folder}")
     return 0

@@ -22,11 +22,12 @@ from sim_bridge.start_state import lead_in, start_position
 from sim_bridge.wind.wind import Wind
 from sim_bridge.wire import STEERING_BYTES
 
-# Columns of the truth, a row a tick. `state` columns are what the firmware's KITE_STATE of that tick said.
+# Columns of the truth, a row a tick. `state` columns are what the firmware's KITE_STATE of that tick said; the wind is
+# that at 6 m with its gusts along, before the profile.
 COLUMNS = (
     "time_s", "azimuth_rad", "elevation_rad", "course_rad", "heading_rad", "airspeed_m_s", "steering",
     "state_course_rad", "target_course_rad", "cross_track_rad", "path_parameter_rad", "steering_asked", "status",
-    "mode",
+    "mode", "distance_m", "tether_force_n", "wind_m_s", "wind_direction_rad",
 )
 
 
@@ -173,9 +174,11 @@ class Flight:
         if state is None:
             return
         sample_azimuth, sample_elevation = _angles(truth)
+        air = self._wind.air
         self.rows.append((
             time_s, sample_azimuth, sample_elevation, truth.course, truth.heading, truth.airspeed,
-            self.actuator.position, state[5], state[10], state[11], state[12], state[13], state[16], state[20]))
+            self.actuator.position, state[5], state[10], state[11], state[12], state[13], state[16], state[20],
+            truth.distance, truth.tether_force, air.speed_m_s * air.gust, air.direction_rad))
 
     def _advance(self, start_s: float, end_s: float, flying: bool) -> None:
         """Fly from one tick to the next, with each steering command felt at its exact time."""

@@ -9,7 +9,7 @@ from typing import Any
 
 from protocol.parameter_table import float32, load_parameters
 from sim_bridge.key import Value
-from sim_bridge.scenario_keys import KEYS, PLANTS
+from sim_bridge.scenario_keys import KEYS, PLANTS, plants_that_know
 
 
 class ScenarioError(Exception):
@@ -63,6 +63,13 @@ class Scenario:
             self.set_parameter(key, _number(text, where), where)
         else:
             self.set(key, _typed(key, text, where), where)
+            self.check_meaning(key, where)
+
+    def check_meaning(self, key: str, where: str) -> None:
+        """Raises ScenarioError if `key` means nothing to the scenario's plant: it would change nothing."""
+        kind, plants = self["plant.kind"], plants_that_know(key)
+        if kind not in plants:
+            raise ScenarioError(f"{where}: {key} is for the plant {' or '.join(plants)}, and {kind} flies here")
 
     def to_dict(self) -> dict[str, Any]:
         """All of it, for a run log."""
@@ -140,8 +147,11 @@ def parse_scenario(name: str, text: str, where: str) -> Scenario:
     parameters = content.pop("parameters", {})
     if not isinstance(parameters, dict):
         raise ScenarioError(f"{where}: parameters is a section")
-    for key, value in _flatten(content):
+    pairs = _flatten(content)
+    for key, value in pairs:
         scenario.set(key, value, where)
+    for key, _ in pairs:
+        scenario.check_meaning(key, where)
     for parameter, value in parameters.items():
         scenario.set_parameter(parameter, value, where)
     return scenario

@@ -4,10 +4,18 @@ One table serves the reading of TOML files, `--set`, and `kite-sitl keys`.
 """
 
 from sim_bridge.key import Key, number
+from sim_bridge.plants.four_point_keys import FOUR_POINT_KEYS
 from sim_bridge.plants.kite_keys import KITE_KEYS
-from sim_bridge.wind.profile import LAWS
+from sim_bridge.plants.vortex_lattice.wing_keys import WING_KEYS
+from sim_bridge.wind.wind_keys import WIND_KEYS
 
 PLANTS = ("turning-rate", "one-point", "four-point", "vortex-lattice")
+# What only some plants know, by key or section.
+_ONLY = {
+    **dict.fromkeys(("plant.speed_law", "plant.turn_k", "plant.airspeed_m_s", "plant.speed_over_length",
+                     "plant.glide_ratio", "plant.gravity_m_s2", "plant.offset_rad_s", "plant.transport"), PLANTS[:1]),
+    "tether": PLANTS[1:], "kite": PLANTS[1:3], "four_point": PLANTS[2:3], "wing": PLANTS[3:],
+}
 
 
 def _flag(default: bool, text: str) -> Key:
@@ -53,12 +61,10 @@ KEYS: dict[str, Key] = {
     "plant.offset_rad_s": number(0.0, "turning rate at neutral steering [rad/s]", -10.0, 10.0),
     "plant.transport": _flag(True, "straight flight is a great circle; false keeps the turning angle instead"),
     "plant.step_s": number(0.01, "longest step of the integration [s]", 1e-4, 0.1),
-    "wind.speed_m_s": number(8.0, "mean wind speed, 6 m above ground [m/s]", 0.0, 60.0),
-    "wind.profile": Key("constant", "how the mean wind grows with height", choices=tuple(LAWS), kind=str),
-    "wind.exponent": number(1.0 / 7.0, "exponent of the exp and explog profiles", 0.0, 1.0),
-    "wind.turbulence_intensity": number(0.0, "standard deviation over mean of wind or airspeed", 0.0, 0.5),
-    "wind.turbulence_time_s": number(4.0, "correlation time of the turbulence [s]", 0.01, 1000.0),
+    **WIND_KEYS,
     **KITE_KEYS,
+    **FOUR_POINT_KEYS,
+    **WING_KEYS,
     "tether.segments": Key(6, "segments of the tether", 1, 50, kind=int),
     "tether.diameter_m": number(0.004, "diameter of the tether [m]", 1e-4, 0.05),
     "tether.drag_coefficient": number(0.958, "drag coefficient of the tether across the flow", 0.0, 2.0),
@@ -92,3 +98,8 @@ KEYS: dict[str, Key] = {
     "run.settle_s": number(10.0, "numbers are taken after this time [s]", 0.0, 1e6),
     "run.seed": Key(1, "seed of everything random", 0, 2**63 - 1, kind=int),
 }
+
+
+def plants_that_know(key: str) -> tuple[str, ...]:
+    """The plants for which `key` means something."""
+    return _ONLY.get(key) or _ONLY.get(key.partition(".")[0]) or PLANTS

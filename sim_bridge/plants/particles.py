@@ -13,7 +13,8 @@ position x, velocity v, mass M, spring stiffness K and damping C (as derivatives
 It is second order as long as h^2 k / m of the stiffest spring k on the lightest mass m stays below some 40; beyond,
 accuracy goes, not stability. The tension of a line of length l that swings with speed v is wrong by some 0.1 k (h
 v)^2 / l. Where a spring is in compression its geometric stiffness is left out, so that the matrix stays positive
-definite.
+definite; and the matrix has the larger stiffness and damping of each spring, in tension or compression, so that one
+that tightens within a step finds them there.
 """
 
 from collections.abc import Callable, Sequence
@@ -44,8 +45,27 @@ class Spring(NamedTuple):
     extension_damping: float = 1.0  # factor on the damping in extension
 
 
+class Arrays(NamedTuple):
+    """What the two stages of a step work on, beside the state and the forces."""
+
+    masses: Points  # (n,)
+    ends: NDArray[np.int64]  # (springs, 2)
+    springs: Points  # (springs, 5), the rest of Spring
+    starts: NDArray[np.int64]  # (n,), the matrix's envelope
+    matrix: Points
+    p1: Points
+    q1: Points
+    x2: Points  # where the second stage takes its forces
+    v2: Points
+    lines: Points  # (springs, 6), of the first stage: direction, tension over length, stiffness, damping
+    air_damping: Points  # (n, 3, 3), what the outer forces lose by each point's velocity, symmetric; 0 is good, too
+
+
 class ParticleSystem:
-    """State: positions `x` and velocities `v`, (n, 3) each, in the wind frame."""
+    """State: positions `x` and velocities `v`, (n, 3) each, in the wind frame.
+
+    `step` suits forces in plain Python; compiled ones call `first_stage` and `second_stage` with `arrays`.
+    """
 
     def __init__(self, positions: Points, velocities: Points, masses: Points, springs: Sequence[Spring]):
         self.x = np.array(positions, dtype=np.float64)
@@ -54,22 +74,21 @@ class ParticleSystem:
         count = len(self.masses)
         self.ends = np.array([spring[:2] for spring in springs], dtype=np.int64)
         self.springs = np.array([spring[2:] for spring in springs], dtype=np.float64)
-        self._starts = _envelope(count, self.ends)
+        p1, q1, x2, v2 = (np.zeros((count, 3)) for _ in range(4))
+        self.arrays = Arrays(
+            self.masses, self.ends, self.springs, _envelope(count, self.ends), np.zeros((3 * count, 3 * count)),
+            p1, q1, x2, v2, np.zeros((len(springs), 6)), np.zeros((count, 3, 3)))
         self._force = np.zeros((count, 3))
-        self._matrix = np.zeros((3 * count, 3 * count))
-        self._p1, self._q1, self._x2, self._v2 = (np.zeros((count, 3)) for _ in range(4))
 
     def step(self, dt: float, forces: Forces) -> None:
         """Move on by `dt` [s] under the springs and what `forces` adds; it is called twice."""
         force = self._force
         force.fill(0.0)
         forces(self.x, self.v, force)
-        _begin(self.x, self.v, force, self.masses, self.ends, self.springs, self._starts, dt, self._matrix,
-               self._p1, self._q1, self._x2, self._v2)
+        first_stage(self.x, self.v, force, dt, self.arrays)
         force.fill(0.0)
-        forces(self._x2, self._v2, force)
-        _finish(self.x, self.v, force, self.masses, self.ends, self.springs, self._starts, dt, self._matrix,
-                self._p1, self._q1, self._x2, self._v2)
+        forces(self.arrays.x2, self.arrays.v2, force)
+        second_stage(self.x, self.v, force, dt, self.arrays)
 
     def tension(self, spring: int) -> float:
         """Force in a spring [N], negative in compression."""
@@ -118,57 +137,67 @@ def _spring(x, v, ends, springs, index):
 
 
 @compiled
-def _add_spring_forces(x, v, ends, springs, out):
-    for index in range(len(ends)):
-        ex, ey, ez, _, tension, _, _ = _spring(x, v, ends, springs, index)
-        i, j = ends[index, 0], ends[index, 1]
-        out[i, 0] += tension * ex
-        out[i, 1] += tension * ey
-        out[i, 2] += tension * ez
-        if j >= 0:
-            out[j, 0] -= tension * ex
-            out[j, 1] -= tension * ey
-            out[j, 2] -= tension * ez
+def _pull(ends, index, fx, fy, fz, out):
+    """Add a force to `out` at the first end of a spring, and take it off at the second."""
+    i, j = ends[index, 0], ends[index, 1]
+    out[i, 0] += fx
+    out[i, 1] += fy
+    out[i, 2] += fz
+    if j >= 0:
+        out[j, 0] -= fx
+        out[j, 1] -= fy
+        out[j, 2] -= fz
 
 
 @compiled
-def _add_stiffness_times(x, v, ends, springs, w, factor, out):
+def _add_spring_forces(x, v, ends, springs, out):
+    for index in range(len(ends)):
+        ex, ey, ez, _, tension, _, _ = _spring(x, v, ends, springs, index)
+        _pull(ends, index, tension * ex, tension * ey, tension * ez, out)
+
+
+@compiled
+def _note_lines(x, v, ends, springs, out, lines):
+    """Add the springs' forces to `out`, and fill in `lines`."""
+    for index in range(len(ends)):
+        ex, ey, ez, length, tension, _, _ = _spring(x, v, ends, springs, index)
+        _pull(ends, index, tension * ex, tension * ey, tension * ez, out)
+        lines[index, 0], lines[index, 1], lines[index, 2] = ex, ey, ez
+        lines[index, 3], lines[index, 4] = max(tension, 0.0) / length, springs[index, 1]
+        lines[index, 5] = springs[index, 2] * max(1.0, springs[index, 4])
+
+
+@compiled
+def _add_stiffness_times(ends, lines, w, factor, out):
     """Add `factor` K w to `out`; K as in the matrix."""
     for index in range(len(ends)):
-        ex, ey, ez, length, tension, stiffness, _ = _spring(x, v, ends, springs, index)
         i, j = ends[index, 0], ends[index, 1]
         dx, dy, dz = -w[i, 0], -w[i, 1], -w[i, 2]
         if j >= 0:
             dx, dy, dz = dx + w[j, 0], dy + w[j, 1], dz + w[j, 2]
-        across = factor * max(tension, 0.0) / length
-        along = (factor * stiffness - across) * (ex * dx + ey * dy + ez * dz)
-        fx, fy, fz = along * ex + across * dx, along * ey + across * dy, along * ez + across * dz
-        out[i, 0] += fx
-        out[i, 1] += fy
-        out[i, 2] += fz
-        if j >= 0:
-            out[j, 0] -= fx
-            out[j, 1] -= fy
-            out[j, 2] -= fz
+        ex, ey, ez = lines[index, 0], lines[index, 1], lines[index, 2]
+        across = factor * lines[index, 3]
+        along = (factor * lines[index, 4] - across) * (ex * dx + ey * dy + ez * dz)
+        _pull(ends, index, along * ex + across * dx, along * ey + across * dy, along * ez + across * dz, out)
 
 
 @compiled
-def _assemble(x, v, masses, ends, springs, h, matrix):
+def _assemble(masses, ends, lines, air_damping, h, matrix):
     """Lower triangle of M - h C - h^2 K."""
     matrix[:, :] = 0.0
     for point in range(len(masses)):
-        for axis in range(3):
-            matrix[3 * point + axis, 3 * point + axis] = masses[point]
+        for row in range(3):
+            for column in range(3):
+                matrix[3 * point + row, 3 * point + column] = h * air_damping[point, row, column]
+            matrix[3 * point + row, 3 * point + row] += masses[point]
     for index in range(len(ends)):
-        ex, ey, ez, length, tension, stiffness, damping = _spring(x, v, ends, springs, index)
-        across = h * h * max(tension, 0.0) / length
-        along = h * damping + h * h * stiffness - across
-        e = (ex, ey, ez)
+        across = h * h * lines[index, 3]
+        along = h * lines[index, 5] + h * h * lines[index, 4] - across
         i, j = ends[index, 0], ends[index, 1]
         low, high = min(i, j), max(i, j)
         for row in range(3):
             for column in range(3):
-                block = along * e[row] * e[column]
+                block = along * lines[index, row] * lines[index, column]
                 if row == column:
                     block += across
                 matrix[3 * i + row, 3 * i + column] += block
@@ -206,13 +235,16 @@ def _solve(matrix, starts, vector):
 
 
 @compiled
-def _begin(x, v, force, masses, ends, springs, starts, h, matrix, p1, q1, x2, v2):
-    """First stage; `force` holds the external forces, (x2, v2) becomes the point of the second stage."""
-    _assemble(x, v, masses, ends, springs, _GAMMA * h, matrix)
+def first_stage(x, v, force, h, arrays):
+    """First stage; `force` holds the external forces at (x, v), (x2, v2) becomes the point of the second stage."""
+    masses, ends, springs, starts, matrix, p1, q1, x2, v2, lines, air_damping = arrays
+    for i in range(len(masses)):  # not q1[:, :] = force: that takes seconds to compile
+        for axis in range(3):
+            q1[i, axis] = force[i, axis]
+    _note_lines(x, v, ends, springs, q1, lines)
+    _assemble(masses, ends, lines, air_damping, _GAMMA * h, matrix)
     _factor(matrix, starts)
-    q1[:, :] = force
-    _add_spring_forces(x, v, ends, springs, q1)
-    _add_stiffness_times(x, v, ends, springs, v, _GAMMA * h, q1)
+    _add_stiffness_times(ends, lines, v, _GAMMA * h, q1)
     _solve(matrix, starts, q1)
     for i in range(len(masses)):
         for axis in range(3):
@@ -222,14 +254,15 @@ def _begin(x, v, force, masses, ends, springs, starts, h, matrix, p1, q1, x2, v2
 
 
 @compiled
-def _finish(x, v, force, masses, ends, springs, starts, h, matrix, p1, q1, x2, v2):
-    """Second stage, and the step."""
+def second_stage(x, v, force, h, arrays):
+    """Second stage, and the step; `force` holds the external forces at (x2, v2) and is used up."""
+    masses, ends, springs, starts, matrix, p1, q1, x2, v2, lines, _ = arrays
     _add_spring_forces(x2, v2, ends, springs, force)
     for i in range(len(masses)):
         for axis in range(3):
             force[i, axis] -= 2.0 * masses[i] * q1[i, axis]
             v2[i, axis] -= 2.0 * p1[i, axis]
-    _add_stiffness_times(x, v, ends, springs, v2, _GAMMA * h, force)
+    _add_stiffness_times(ends, lines, v2, _GAMMA * h, force)
     _solve(matrix, starts, force)
     for i in range(len(masses)):
         for axis in range(3):

@@ -5,7 +5,7 @@ damper; its drag, on the flow perpendicular to it, is shared by its two ends. Po
 ground point, the last is where the kite hangs.
 """
 
-from math import sqrt
+from math import exp, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +14,7 @@ from sim_bridge.compiled import compiled
 from sim_bridge.plants.particles import GROUND, Points, Spring
 
 GRAVITY = 9.81
+_DENSITY_HEIGHT_M = 8550.0  # over which the density falls by a factor e; see air_density
 
 
 class Tether(NamedTuple):
@@ -59,11 +60,19 @@ class Tether(NamedTuple):
 
 
 @compiled
+def lower_density(density, depth):
+    """Density of the air `depth` [m] below where it is `density`; depths beyond reason are taken for less."""
+    return density * exp(min(1.0, depth / _DENSITY_HEIGHT_M))
+
+
+@compiled
 def add_tether_loads(x, v, segments, diameter, drag_coefficient, density, wind, out):
     """Add the drag [N] of the first `segments` segments in the uniform `wind` (3,) [m/s] to `out` (n, 3).
 
-    0.5 rho c_d d l |w| w, w the part of the apparent wind at the segment's middle that is perpendicular to it.
+    0.5 rho c_d d l |w| w, w the part of the apparent wind at the segment's middle that is perpendicular to it, rho the
+    density there; `density` is that at the upper end of the last of them.
     """
+    top = x[segments - 1, 2]
     for i in range(segments):
         ex, ey, ez = x[i, 0], x[i, 1], x[i, 2]
         wx, wy, wz = wind[0] - 0.5 * v[i, 0], wind[1] - 0.5 * v[i, 1], wind[2] - 0.5 * v[i, 2]
@@ -74,7 +83,8 @@ def add_tether_loads(x, v, segments, diameter, drag_coefficient, density, wind, 
         ex, ey, ez = ex / length, ey / length, ez / length
         along = wx * ex + wy * ey + wz * ez
         wx, wy, wz = wx - along * ex, wy - along * ey, wz - along * ez
-        half = 0.25 * density * drag_coefficient * diameter * length * sqrt(wx * wx + wy * wy + wz * wz)
+        local = lower_density(density, top - x[i, 2] + 0.5 * length * ez)
+        half = 0.25 * local * drag_coefficient * diameter * length * sqrt(wx * wx + wy * wy + wz * wz)
         out[i, 0] += half * wx
         out[i, 1] += half * wy
         out[i, 2] += half * wz
@@ -82,4 +92,3 @@ def add_tether_loads(x, v, segments, diameter, drag_coefficient, density, wind, 
             out[i - 1, 0] += half * wx
             out[i - 1, 1] += half * wy
             out[i - 1, 2] += half * wz
-

@@ -2,16 +2,17 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from math import atan2, sqrt
+from math import atan2, isfinite, sqrt
 
 import numpy as np
 
-from sim_bridge.plants.interface import Truth, Vector
+from sim_bridge.plants.interface import Truth
 from sim_bridge.plants.particles import ParticleSystem, Points, Spring
 from sim_bridge.plants.tether import Tether
-from sim_bridge.scenario import Scenario
+from sim_bridge.scenario import Scenario, ScenarioError
 from sim_bridge.wind.air import Air
 from sim_bridge.wind.profile import LAWS, air_density, wind_at
+from sim_bridge.wind.wind import Wind
 
 _LEAST_HEIGHT_M = 0.5
 
@@ -78,23 +79,44 @@ class TetheredKite(ABC):
 
     def truth(self) -> Truth:
         """See Plant."""
-        position, velocity = self.kite_position(), self.kite_velocity()
-        distance = sqrt(float(position @ position))
-        gamma = position / distance
-        rate = (velocity - (velocity @ gamma) * gamma) / distance
-        apparent = self.apparent_wind()
+        x, y, z = self.kite_position().tolist()
+        distance = sqrt(x * x + y * y + z * z)
+        gamma = x, y, z = x / distance, y / distance, z / distance
+        vx, vy, vz = self.kite_velocity().tolist()
+        away = vx * x + vy * y + vz * z
+        rate = (vx - away * x) / distance, (vy - away * y) / distance, (vz - away * z) / distance
+        ax, ay, az = self.apparent_wind().tolist()
         return Truth(
-            _vector(gamma), _vector(rate), _turning_angle(gamma, rate), _turning_angle(gamma, self.nose()), distance,
-            sqrt(float(apparent @ apparent)), max(0.0, self.system.tension(0)))
+            gamma, rate, _turning_angle(gamma, rate), _turning_angle(gamma, self.nose().tolist()), distance,
+            sqrt(ax * ax + ay * ay + az * az), max(0.0, self.system.tension(0)))
 
     def _look_for_trouble(self) -> None:
-        position = self.kite_position()
-        if not np.isfinite(self.system.x).all():
+        height, x = float(self.kite_position()[2]), self.system.x
+        if not isfinite(np.vdot(x, x)):  # the fastest way to ask all of them
             self.trouble = f"the state of the kite is lost: a step of {self.step_s:g} s is too long for it"
-        elif position[2] < _LEAST_HEIGHT_M:
+        elif height < _LEAST_HEIGHT_M:
             wind = sqrt(float(self.wind @ self.wind))
             slack = ", its tether slack" if self.system.tension(0) <= 0.0 else ""
             self.trouble = f"the kite came down to the ground in {wind:.1f} m/s of wind{slack}"
+
+
+def start_air(scenario: Scenario) -> Air:
+    """The wind at t = 0 without its gusts."""
+    air = Wind(scenario, 1.0 / scenario.parameter("LOOP_HZ")).air
+    return air._replace(along=0.0, across=0.0, vertical=0.0)
+
+
+def check_start_height(scenario: Scenario, position: Points) -> None:
+    """Refuse a start at or below the ground, for a kite in the direction `position` (3,).
+
+    Raises:
+        ScenarioError: it is there.
+    """
+    height = scenario["plant.line_length_m"] * position[2]
+    if height < _LEAST_HEIGHT_M:
+        raise ScenarioError(
+            f"plant.kind = {scenario['plant.kind']}: the flight would start {height:.1f} m above the ground, which "
+            f"takes {_LEAST_HEIGHT_M} m: raise EIGHT_ELEVATION, or start elsewhere")
 
 
 def tangent_part(position: Points, direction: Points) -> Points:
@@ -103,10 +125,6 @@ def tangent_part(position: Points, direction: Points) -> Points:
     return tangent / np.linalg.norm(tangent)
 
 
-def _turning_angle(gamma: Points, direction: Points) -> float:
-    return atan2(float(direction[0] * gamma[1] - direction[1] * gamma[0]),
-                 float(direction[2] - (direction @ gamma) * gamma[2]))
-
-
-def _vector(values: Points) -> Vector:
-    return float(values[0]), float(values[1]), float(values[2])
+def _turning_angle(gamma: Sequence[float], direction: Sequence[float]) -> float:
+    (x, y, z), (dx, dy, dz) = gamma, direction
+    return atan2(dx * y - dy * x, dz - (dx * x + dy * y + dz * z) * z)

@@ -4,7 +4,10 @@
 
 on top of the turning of the meridians, so that a kite that does not turn flies a great circle. Sources: J. H. Baayen
 (2012), equation 1; M. Erhard and H. Strauch, "Control of towing kites for seagoing vessels" (2013), for gravity and
-for the airspeed of the glide law.
+for the airspeed of the glide law, Va = wind along the tether * glide ratio.
+
+The constant law scales with the wind's speed and its gusts along, and knows neither direction nor height. The glide
+law takes the whole wind at the kite's height. With no wind the kite stands still, and nothing turns it.
 """
 
 from math import atan2, cos, hypot, sin, sqrt
@@ -12,8 +15,11 @@ from math import atan2, cos, hypot, sin, sqrt
 from sim_bridge.plants.interface import Truth, Vector
 from sim_bridge.scenario import Scenario
 from sim_bridge.wind.air import Air
+from sim_bridge.wind.profile import LAWS, wind_at
 
-_LEAST_AIRSPEED = 0.5  # of the glide law, at the edge of the wind window [m/s]
+# Of the glide law, at the edge of the wind window [m/s]. Below it the law's turning by itself fades: its gravity term
+# has the airspeed below the line.
+_LEAST_AIRSPEED = 0.5
 _TIDY_STEPS = 256
 
 
@@ -35,23 +41,24 @@ class TurningRatePlant:
         self._transport = scenario["plant.transport"]
         self._glide = scenario["plant.glide_ratio"] if scenario["plant.speed_law"] == "glide" else 0.0
         self._wind = scenario["wind.speed_m_s"]
+        self._profile = LAWS[scenario["wind.profile"]], scenario["wind.exponent"]
         self._airspeed = scenario["plant.airspeed_m_s"]
         self._speed = scenario["plant.speed_over_length"]
         self._constant = not (self._gravity or self._glide or not self._transport)
-        self._gust = 1.0
+        self._air = Air(self._wind or 1.0)  # until the first step; a kite that stands still cannot be led to its start
+        self._share = 1.0  # of the constant law's airspeed and speed
         self._position = position
         self._nose = direction
         self._steps = 0
 
     def airspeed(self) -> float:
         """Apparent wind speed [m/s]."""
-        if not self._glide:
-            return self._airspeed * self._gust
-        return max(_LEAST_AIRSPEED, self._wind * self._gust * self._glide * self._position[0])
+        return self._glide_airspeed(self._wind_here()) if self._glide else self._airspeed * self._share
 
     def step(self, dt: float, steering: float, air: Air) -> None:
         """Fly on by `dt` [s]; see Plant."""
-        self._gust = air.gust
+        self._air = air
+        self._share = air.gust * (air.speed_m_s / self._wind if self._wind else 1.0)
         position, nose = self._position, self._nose
         turning, forward, sideways = self._rates(steering)
         if not self._constant:
@@ -68,24 +75,36 @@ class TurningRatePlant:
         _, forward, sideways = self._rates(0.0)
         bx, by, bz = y * hz - z * hy, z * hx - x * hz, x * hy - y * hx
         vx, vy, vz = forward * hx + sideways * bx, forward * hy + sideways * by, forward * hz + sideways * bz
-        return Truth(
-            self._position, (vx, vy, vz), atan2(vx * y - vy * x, vz), atan2(hx * y - hy * x, hz), self._length,
-            self.airspeed(), 0.0)
+        heading = atan2(hx * y - hy * x, hz)
+        course = atan2(vx * y - vy * x, vz) if forward or sideways else heading
+        return Truth(self._position, (vx, vy, vz), course, heading, self._length, self.airspeed(), 0.0)
+
+    def _wind_here(self) -> Vector:
+        """The wind at the kite [m/s]."""
+        return wind_at(self._air, *self._profile, self._length * self._position[2])
+
+    def _glide_airspeed(self, wind: Vector) -> float:
+        (x, y, z), (wx, wy, wz), glide = self._position, wind, self._glide
+        least = _LEAST_AIRSPEED * min(1.0, hypot(wx, wy, wz))  # none in no wind
+        return max(least, wx * glide * x + wy * glide * y + wz * glide * z)
 
     def _rates(self, steering: float) -> tuple[float, float, float]:
         """Turning rate [rad/s] and speed over length along the nose and along b [1/s]."""
         (x, y, z), (hx, hy, hz) = self._position, self._nose
-        airspeed = self.airspeed()
-        turning = self._turn_k * airspeed * steering + self._offset
         if self._glide:
-            wind = self._wind * self._gust
-            forward = (airspeed + wind * hx) / self._length
-            sideways = wind * (y * hz - z * hy) / self._length
+            wx, wy, wz = wind = self._wind_here()
+            airspeed = self._glide_airspeed(wind)
+            bx, by, bz = y * hz - z * hy, z * hx - x * hz, x * hy - y * hx
+            forward = (airspeed + (wx * hx + wy * hy + wz * hz)) / self._length
+            sideways = (wx * bx + wy * by + wz * bz) / self._length
         else:
-            forward, sideways = self._speed * self._gust, 0.0
+            airspeed = self._airspeed * self._share
+            forward, sideways = self._speed * self._share, 0.0
         drop = hx * y - hy * x  # sin(psi) cos(elevation)
+        fade = min(1.0, airspeed / _LEAST_AIRSPEED)
+        turning = self._turn_k * airspeed * steering + self._offset * fade
         if self._gravity:
-            turning += self._gravity / airspeed * drop
+            turning += self._gravity / max(_LEAST_AIRSPEED, airspeed) * fade * drop
         if not self._transport:  # hold the turning angle on a straight flight: undo the meridians' turning
             turning -= forward * drop * z / max(1e-3, x * x + y * y)
         return turning, forward, sideways

@@ -7,7 +7,7 @@ class Air(NamedTuple):
     """Mean wind at the reference height, and gusts as fractions of the local mean wind.
 
     The wind at a point is, with m the mean there (speed times the profile's factor) and d the unit vector
-    (cos direction, sin direction, 0): m ((1 + along) d + across (up x d) + vertical up).
+    (cos direction, sin direction, 0): m (gust d + across (up x d) + vertical up).
     """
 
     speed_m_s: float  # horizontal
@@ -18,5 +18,5 @@ class Air(NamedTuple):
 
     @property
     def gust(self) -> float:
-        """Factor on the speed, kept from turning the wind round."""
+        """1 + along, kept from turning the wind round."""
         return max(0.1, 1.0 + self.along)

@@ -33,5 +33,5 @@ def wind_at(air: Air, law: int, exponent: float, height: float) -> tuple[float, 
     """Wind vector [m/s] in the wind frame at `height` [m]; see Air."""
     mean = air.speed_m_s * profile_factor(law, exponent, height)
     c, s = cos(air.direction_rad), sin(air.direction_rad)
-    along, across = mean * (1.0 + air.along), mean * air.across
+    along, across = mean * air.gust, mean * air.across
     return c * along - s * across, s * along + c * across, mean * air.vertical

@@ -10,10 +10,12 @@ from analysis.delay import loop_delay, stability_limit
 from firmware_py.guidance import Guidance
 from firmware_py.target_curve import FigureEight
 from sim_bridge.flight import COLUMNS, Flight
+from sim_bridge.paper import paper_flights
 from sim_bridge.run import RunOptions, run_scenario
 from sim_bridge.runtimes.inproc import InprocRuntime
 from sim_bridge.runtimes.process import micropython_command
 from sim_bridge.scenario import load_scenario
+from sim_bridge.scenario_keys import PLANTS
 
 PAPER = ("paper-no-delay", "paper-delay", "paper-delay-tuned")
 
@@ -52,6 +54,16 @@ def test_every_runtime_gives_the_same_numbers_to_the_bit(name, runtime):
     for tick, (ours, theirs) in enumerate(zip(here.rows, there.rows, strict=True)):
         differing = [c for c, a, b in zip(COLUMNS, ours, theirs, strict=True) if float(a).hex() != float(b).hex()]
         assert not differing, f"first difference in tick {tick}: {differing}"
+
+
+@pytest.mark.parametrize("plant", PLANTS)
+def test_the_three_verdicts_hold_on_every_plant(plant):
+    numbers = [run_scenario(flight.scenario, RunOptions()).numbers for flight in paper_flights(plant)]
+    assert [flight["verdict"] for flight in numbers] == ["tracking", "unstable", "tracking"]
+    assert [flight["trouble"] for flight in numbers] == [None] * 3
+    no_delay, _, tuned = (flight["cross_track_rms_rad"] for flight in numbers)
+    assert no_delay < 0.02
+    assert 3.0 * no_delay < tuned < 0.09
 
 
 def test_one_seed_repeats_to_the_bit_and_another_does_not():

@@ -114,3 +114,68 @@ def test_integration_is_of_second_order_where_it_is_not_exact():
     assert errors[0] < 1e-4
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.2)
     assert errors[1] / errors[2] == pytest.approx(4.0, rel=0.2)
+
+
+@pytest.mark.parametrize("law", ["constant", "glide"])
+def test_with_no_wind_it_stands_still_and_nothing_turns_it(law):
+    plant = plant_at(0.3, 0.6, 1.2, plant__speed_law=law, plant__gravity_m_s2=4.0, plant__offset_rad_s=0.3)
+    plant.step(0.01, 0.2, AIR)
+    before = plant.truth()
+    for _ in range(100):
+        plant.step(0.01, 1.0, Air(0.0, 0.5, 0.1, 0.1, 0.1))
+    after = plant.truth()
+    assert after.airspeed == 0.0 and after.velocity == (0.0, 0.0, 0.0)
+    assert after.position == before.position and after.heading == after.course == before.heading
+    plant.step(0.01, 0.2, AIR)
+    assert plant.truth().airspeed == pytest.approx(before.airspeed, rel=0.01)
+
+
+def test_the_constant_law_scales_airspeed_and_speed_with_the_wind_and_its_gusts_along():
+    plant = plant_at(0.3, 0.6, 1.2, plant__airspeed_m_s=20.0, plant__speed_over_length=0.3, wind__speed_m_s=8.0)
+    plant.step(0.01, 0.2, Air(6.0, 1.0, 0.2, 0.3, 0.3))
+    truth = plant.truth()
+    assert truth.airspeed == pytest.approx(20.0 * 6.0 / 8.0 * 1.2)
+    assert np.linalg.norm(truth.velocity) == pytest.approx(0.3 * 6.0 / 8.0 * 1.2)
+
+
+def fly_in(air, azimuth, **changes):
+    """A glide-law kite after 5 s of steering to and fro in `air`."""
+    plant = plant_at(azimuth, 0.5, 1.2, plant__speed_law="glide", plant__gravity_m_s2=4.0, **changes)
+    for tick in range(500):
+        plant.step(0.01, 0.3 * math.sin(0.02 * tick), air)
+    return plant.truth()
+
+
+def test_in_a_wind_that_blows_elsewhere_the_glide_law_flies_the_same_way_turned():
+    straight, turned = fly_in(Air(8.0), 0.2), fly_in(Air(8.0, 0.7), 0.9)
+    x, y, z = straight.position
+    c, s = math.cos(0.7), math.sin(0.7)
+    assert turned.position == pytest.approx((c * x - s * y, s * x + c * y, z), abs=1e-9)
+    assert (turned.course, turned.airspeed) == pytest.approx((straight.course, straight.airspeed))
+
+
+def test_a_gust_across_is_a_wind_that_is_turned_and_a_little_stronger():
+    gusty = fly_in(Air(8.0, 0.1, across=0.3), 0.2)
+    turned = fly_in(Air(8.0 * math.hypot(1.0, 0.3), 0.1 + math.atan(0.3)), 0.2)
+    assert gusty.position == pytest.approx(turned.position, abs=1e-9)
+    assert gusty.airspeed == pytest.approx(turned.airspeed)
+
+
+def test_a_vertical_gust_pulls_along_the_tether_and_lifts_the_kite():
+    """At azimuth 0, elevation E the tether's part of the wind is m (cos E + vertical sin E)."""
+    plant = plant_at(0.0, 0.5, math.pi / 2, plant__speed_law="glide", plant__glide_ratio=4.0,
+                     plant__line_length_m=200.0)
+    plant.step(1e-9, 0.0, Air(8.0, vertical=0.25))
+    truth = plant.truth()
+    assert truth.airspeed == pytest.approx(4.0 * 8.0 * (math.cos(0.5) + 0.25 * math.sin(0.5)), rel=1e-6)
+    up_the_sphere = 8.0 * (0.25 * math.cos(0.5) - math.sin(0.5))
+    assert truth.velocity[2] * 200.0 == pytest.approx(up_the_sphere * math.cos(0.5), rel=1e-6)
+
+
+def test_the_glide_law_has_the_wind_of_its_height():
+    """200 m of line at an elevation of 30 deg: 100 m, where the reference gives 1.494685 for the power law."""
+    for profile, factor in (("constant", 1.0), ("exp", 1.494685)):
+        plant = plant_at(0.0, math.radians(30.0), 1.0, plant__speed_law="glide", plant__glide_ratio=4.0,
+                         plant__line_length_m=200.0, wind__profile=profile)
+        airspeed = 8.0 * factor * 4.0 * math.cos(math.radians(30.0))
+        assert plant.truth().airspeed == pytest.approx(airspeed, rel=1e-6)

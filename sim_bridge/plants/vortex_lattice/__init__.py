@@ -1,0 +1,1 @@
+"""A kite whose wing is a vortex lattice: potential flow, as in the simulations of J. H. Baayen (2012)."""

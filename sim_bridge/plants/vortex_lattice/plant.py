@@ -1,0 +1,131 @@
+"""A kite in potential flow on a segmented tether.
+
+The wing is a vortex lattice. It is rigid, and hangs by its bridle from the tether's last point: four points that have
+its mass and inertia, held together and to the bridle point by springs. Airspeed, angle of attack, sideslip, roll, yaw
+damping and the turning-rate constant come out of the flow.
+"""
+
+from math import cos, radians, sin, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim_bridge.plants.interface import Vector
+from sim_bridge.plants.particles import Points
+from sim_bridge.plants.tether import GRAVITY, add_tether_loads
+from sim_bridge.plants.tethered_kite import TetheredKite, tangent_part
+from sim_bridge.plants.vortex_lattice.steady_flight import Kite, SteadyFlight, steady_flight
+from sim_bridge.plants.vortex_lattice.wing_flow import WingFlow
+from sim_bridge.plants.vortex_lattice.wing_geometry import ArcWing, Rows, panels
+from sim_bridge.plants.vortex_lattice.wing_points import (
+    NOSE,
+    TAIL,
+    add_bridle_drag,
+    find_pose,
+    four_points,
+    frame_springs,
+    share_out,
+)
+from sim_bridge.scenario import Scenario, ScenarioError
+from sim_bridge.wind.air import Air
+from sim_bridge.wind.profile import air_density, wind_at
+
+Array = NDArray[np.float64]
+STEP_S = 0.004  # half of it changes a turn of 3 s by 0.1 % of its way; the error grows with the springs' stiffness
+_STIFFNESS_N_M = 4e4  # of lines of 2 mm and 4 m, as in a bridle: EA = 170 kN
+_DAMPING_N_S_M = 20.0  # some 7 % of the critical one
+
+
+class VortexLatticeKite(TetheredKite):
+    """See the module. `flow` is the flow around the wing, `motion` (6,) how the wing meets it: see WingFlow."""
+
+    def __init__(self, scenario: Scenario, position: Vector, direction: Vector):
+        super().__init__(scenario, STEP_S)
+        wing = arc_wing(scenario)
+        corners, self._axes, self.centre = four_points(*wing.masses(scenario["wing.mass_kg"]))
+        self.flow = WingFlow(
+            panels(wing.surface(scenario["wing.strips"], self.centre), Rows.cosine(scenario["wing.rows"])),
+            scenario["wing.profile_drag"], scenario["wing.greatest_lift"])
+        self._point_mass = 0.25 * scenario["wing.mass_kg"]
+        self._bridle_drag_m2 = scenario["wing.bridle_drag_m2"]
+        self._masses = np.concatenate([self.tether.masses(), np.full(4, self._point_mass)])
+        self._masses[self.tether.segments - 1] += scenario["wing.pod_mass_kg"]
+        self.frame, self.pose, self.motion = np.eye(3), np.zeros((4, 3)), np.zeros(6)
+        self._set_off(Air(scenario["wind.speed_m_s"]), np.array(position), np.array(direction), corners)
+
+    def step(self, dt: float, steering: float, air: Air) -> None:
+        """Fly on by `dt` [s]; see Plant."""
+        self.flow.follow(self.motion[:3])
+        super().step(dt, steering, air)
+
+    def forces(self, x: Points, v: Points, out: Points) -> None:
+        first, tether = self.tether.segments, self.tether
+        out[:, 2] -= GRAVITY * self._masses
+        add_tether_loads(x, v, first, tether.diameter_m, tether.drag_coefficient, self.density, self.tether_wind, out)
+        find_pose(x[first:], v[first:], self._point_mass, self._axes, self.wind, self.frame, self.pose, self.motion)
+        loads = self.flow.find_loads(self.motion, self.steering, self.density)
+        share_out(x[first:], self._point_mass, self.frame, self.pose, loads, out[first:])
+        add_bridle_drag(v[first - 1:], self.wind, 0.5 * self.density * self._bridle_drag_m2, out[first - 1:])
+
+    def kite_position(self) -> Points:
+        """The wing's centre of mass (3,) [m]."""
+        return _mean(self.system.x, self.tether.segments)
+
+    def kite_velocity(self) -> Points:
+        """Velocity of the wing's centre of mass (3,) [m/s]."""
+        return _mean(self.system.v, self.tether.segments)
+
+    def nose(self) -> Points:
+        """From the tail to the nose (3,)."""
+        first = self.tether.segments
+        return self.system.x[first + NOSE] - self.system.x[first + TAIL]
+
+    def _set_off(self, air: Air, position: Array, direction: Array, corners: Array) -> None:
+        """Place everything as in steady flight along `direction`: the tether straight, all turning about its foot."""
+        course = tangent_part(position, direction)
+        height = (self.tether.length_m + self.centre[2]) * position[2]
+        self.density = air_density(height)
+        self.wind[:] = wind_at(air, self._law, self._exponent, height)
+        flight = self._steady_flight(position, course)
+        drift = self.wind - (self.wind @ position) * position
+        side = np.cross(position, course)
+        sine = min(0.9, max(-0.9, -float(drift @ side) / flight.speed))
+        nose = sqrt(1.0 - sine * sine) * course + sine * side
+        along = float(drift @ course) + flight.speed * sqrt(1.0 - sine * sine)
+        c, s = cos(flight.pitch), sin(flight.pitch)
+        frame = np.stack([c * nose + s * position, np.cross(position, nose), c * position - s * nose])
+        end = self.tether.length_m * (1.0 + flight.pull / self.tether.stiffness_n) * position
+        positions = np.concatenate([self.tether.straight(end), end + (self.centre + corners) @ frame])
+        rate = along / float(np.linalg.norm(end + self.centre @ frame))
+        velocities = rate * np.cross(np.cross(position, course), positions)
+        last = self.tether.segments - 1
+        springs = self.tether.springs() + frame_springs(positions, last, _STIFFNESS_N_M, _DAMPING_N_S_M)
+        self.build(positions, velocities, self._masses, springs, air)
+        find_pose(positions[last + 1:], velocities[last + 1:], self._point_mass, self._axes, self.wind, self.frame,
+                  self.pose, self.motion)
+
+    def _steady_flight(self, position: Array, course: Array) -> SteadyFlight:
+        tether = self.tether
+        tether_drag_m2 = 0.25 * tether.drag_coefficient * tether.diameter_m * tether.length_m
+        kite = Kite(self.flow, self.centre, 4.0 * self._point_mass, self._bridle_drag_m2, tether_drag_m2,
+                    tether.length_m)
+        radial = float(self.wind @ position)
+        flight = steady_flight(kite, radial, course[2], position[2], self.density)
+        if flight is None or flight.pull <= 0.0:
+            raise ScenarioError(
+                f"plant.kind = vortex-lattice: the kite cannot fly steadily at the start of the flight, where "
+                f"{radial:.1f} m/s of wind blow along the tether; start it lower or in more wind, if the section wing "
+                f"is as meant")
+        return flight
+
+
+def arc_wing(scenario: Scenario) -> ArcWing:
+    """The wing of a scenario's section `wing`."""
+    keys = ("span_m", "arc_rad", "root_chord_m", "tip_chord_m", "tip_sweep_m", "camber", "bridle_height_m",
+            "bridle_forward_m")
+    sizes = {key: scenario[f"wing.{key}"] for key in keys}
+    return ArcWing(**sizes, steering_twist_rad=radians(scenario["wing.steering_twist_deg"]))
+
+
+def _mean(points: Points, first: int) -> Points:
+    return 0.25 * (points[first] + points[first + 1] + points[first + 2] + points[first + 3])

@@ -1,0 +1,133 @@
+"""The verb `kite-sitl sweep`."""
+
+import argparse
+import json
+import sys
+from argparse import Namespace
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+from analysis.plots import new_figure, save
+from sim_bridge.scenario import Scenario, ScenarioError, load_scenario
+from sim_bridge.sweeps.axes import Axis, apply, grid, parse_axis, random_sample
+from sim_bridge.sweeps.execute import fly_all, make_executor
+from sim_bridge.sweeps.map_plot import draw_map
+from sim_bridge.sweeps.results import Results
+
+_VERDICTS = ("tracking", "unstable", "crashed", "refused")
+
+
+def add_sweep_verb(verbs: Any) -> None:
+    """Add `sweep` to the verbs of `kite-sitl`."""
+    sweep = verbs.add_parser(
+        "sweep", help="fly a scenario many times over a grid or a random sample",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        description="Fly a scenario over a grid of values, or with --runs over a random sample of them, on all cores.\n"
+        "Run number n flies with the seed run.seed + n. Results go into a CSV file, a line a run; the same command\n"
+        "goes on where a killed sweep stopped.",
+        epilog="values: FIRST:LAST:COUNT, FIRST:LAST:COUNT:log, or A,B,C\nexamples:\n"
+        "  kite-sitl sweep paper-delay-tuned --over param.INNER_P=1:10:20 --over link.control.delay_s=.1:.5:5 --plot\n"
+        "  kite-sitl sweep v3-flight --over wind.turbulence_intensity=0:0.3:2 --over param.INNER_P=1:3:2 --runs 99\n"
+        "  kite-sitl sweep small-kite --over run.seed=1,2,3,4 --scheduler tcp://10.0.0.7:8786")
+    sweep.add_argument("scenario", metavar="NAME", help="a scenario of `kite-sitl list`, or a .toml file")
+    sweep.add_argument("--over", action="append", required=True, metavar="KEY=VALUES",
+                       help="go over the values of a key, `section.key` or `param.NAME`; may be repeated")
+    sweep.add_argument("--runs", type=_count, metavar="N", help="N random values within the ranges instead of the grid")
+    sweep.add_argument("--set", action="append", default=[], metavar="section.key=value", help="as in `run`")
+    sweep.add_argument("--param", action="append", default=[], metavar="NAME=value", help="as in `run`")
+    sweep.add_argument("--seed", type=int, help="seed of the sweep: of the sample, and of the first run (run.seed)")
+    sweep.add_argument("--duration", type=float, metavar="S", help="length of each flight (run.duration_s)")
+    sweep.add_argument("--out", metavar="CSV", help="file of results (default: NAME-sweep.csv here)")
+    sweep.add_argument("--jobs", type=_count, metavar="N", help="processes at a time (default: one for each core)")
+    sweep.add_argument("--scheduler", metavar="tcp://HOST:PORT", help="a Dask scheduler whose workers fly instead")
+    sweep.add_argument("--plot", nargs="?", const="", metavar="FILE",
+                       help="plot the first two axes, with the theory's limits (default: the CSV's name, .png)")
+    sweep.add_argument("--json", action="store_true", help="print a summary as JSON")
+    sweep.set_defaults(do=sweep_command)
+
+
+def _count(text: str) -> int:
+    if not text.isdigit() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text} is not a positive whole number")
+    return int(text)
+
+
+def sweep_command(options: Namespace) -> int:
+    """`kite-sitl sweep`: 0 when all runs have been flown, 130 after Ctrl-C."""
+    base = _base(options)
+    axes = [parse_axis(text) for text in options.over]
+    if options.plot is not None:
+        new_figure()  # says now, and not after an hour, if there is no matplotlib
+    points = random_sample(axes, options.runs, base["run.seed"]) if options.runs else grid(axes)
+    scenarios = [_scenario_of_run(base, axes, values, run) for run, values in enumerate(points)]
+    plan = {"scenario": base.to_dict(), "over": options.over, "runs": options.runs or 0}
+    results = Results(Path(options.out or f"{base.name}-sweep.csv"), plan, [axis.key for axis in axes])
+    try:
+        interrupted = _fly(options, axes, points, scenarios, results)
+    finally:
+        results.close()
+    _report(options, axes, base, len(points), results)
+    return 130 if interrupted else 0
+
+
+def _base(options: Namespace) -> Scenario:
+    scenario = load_scenario(options.scenario)
+    for assignment in options.set:
+        scenario.set_text(assignment, "--set")
+    for assignment in options.param:
+        scenario.set_text(assignment, "--param")
+    if options.seed is not None:
+        scenario.set("run.seed", options.seed, "--seed")
+    if options.duration is not None:
+        scenario.set("run.duration_s", options.duration, "--duration")
+    return scenario
+
+
+def _scenario_of_run(base: Scenario, axes: list[Axis], values: tuple[str, ...], run: int) -> Scenario:
+    scenario = Scenario.from_dict(base.to_dict(), base.name)
+    scenario.set("run.seed", base["run.seed"] + run, "--seed")
+    apply(scenario, axes, values)
+    return scenario
+
+
+def _fly(options: Namespace, axes: list[Axis], points: list[tuple[str, ...]], scenarios: list[Scenario],
+         results: Results) -> bool:
+    """Fly what is not there yet; True after Ctrl-C."""
+    missing = [run for run in range(len(points)) if run not in results.rows]
+    if len(missing) < len(points):
+        print(f"kite-sitl: {len(points) - len(missing)} of {len(points)} runs are there already", file=sys.stderr)
+    try:
+        with make_executor(options.jobs, options.scheduler) as executor, \
+                tqdm(total=len(points), initial=len(points) - len(missing), unit="run",
+                     disable=None if not options.json else True) as bar:
+            def take(row: dict[str, Any]) -> None:
+                values = points[row["run"]]
+                results.add(row | {axis.key: value for axis, value in zip(axes, values, strict=True)})
+                bar.update()
+
+            fly_all(executor, [(run, scenarios[run].to_dict()) for run in missing], take)
+    except KeyboardInterrupt:
+        print(f"kite-sitl: stopped after {len(results.rows)} of {len(points)} runs; the same command goes on",
+              file=sys.stderr)
+        return True
+    return False
+
+
+def _report(options: Namespace, axes: list[Axis], base: Scenario, runs: int, results: Results) -> None:
+    verdicts = [row["verdict"] for row in results.rows.values()]
+    counts = {name: verdicts.count(name) for name in _VERDICTS if name in verdicts}
+    plot = None
+    if options.plot is not None and results.rows:
+        plot = Path(options.plot) if options.plot else results.path.with_suffix(".png")
+        try:
+            save(draw_map(base, axes, list(results.rows.values())), plot)
+        except (OSError, ValueError) as error:
+            raise ScenarioError(f"--plot {plot}: {error}") from error
+    if options.json:
+        print(json.dumps({"runs": runs, "flown": len(verdicts), "verdicts": counts, "results": str(results.path),
+                          "plot": str(plot) if plot else None}))
+        return
+    print(f"{len(verdicts)} of {runs} runs: " + ", ".join(f"{count} {name}" for name, count in counts.items()))
+    print(f"results: {results.path}" + (f"\nplot: {plot}" if plot else ""))

@@ -1,0 +1,71 @@
+"""Flies the runs of a sweep on an executor: all cores of this machine, or a Dask cluster; the numbers are the same."""
+
+import os
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from typing import Any
+
+from analysis.extras import ExtraMissingError
+from sim_bridge.run import RunOptions, run_scenario
+from sim_bridge.runtimes.interface import FirmwareError
+from sim_bridge.scenario import Scenario, ScenarioError
+from sim_bridge.sweeps.results import METRICS
+
+
+def fly_run(run: int, content: dict[str, Any]) -> dict[str, Any]:
+    """Fly run number `run`; return its row but for the axes' values. What cannot be flown is a result, too."""
+    scenario = Scenario.from_dict(content, f"run {run}")
+    row: dict[str, Any] = {"run": run, "seed": scenario["run.seed"], **dict.fromkeys(METRICS, "")}
+    try:
+        numbers = run_scenario(scenario, RunOptions(), notice=lambda _: None).numbers
+    except (ScenarioError, FirmwareError) as error:
+        return row | {"verdict": "refused", "trouble": str(error)}
+    return row | {name: numbers[name] for name in METRICS if numbers.get(name) is not None}
+
+
+@contextmanager
+def make_executor(jobs: int | None, scheduler: str | None) -> Iterator[Executor]:
+    """A pool of `jobs` processes (as many as there are cores), or the Dask cluster at `scheduler`.
+
+    Raises:
+        ExtraMissingError: dask.distributed is not installed.
+        ScenarioError: there is no cluster there.
+    """
+    if scheduler is None:
+        workers = jobs or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else jobs
+        pool = ProcessPoolExecutor(workers, initializer=_leave_interrupts_to_the_parent)
+        try:
+            yield pool
+        finally:
+            pool.shutdown(wait=True, cancel_futures=True)
+        return
+    try:
+        from distributed import Client  # noqa: PLC0415  an extra, and slow to load
+    except ImportError:
+        raise ExtraMissingError("--scheduler needs dask.distributed: pip install 'kitepilot[cluster]'") from None
+    try:
+        client = Client(scheduler, timeout="10s")
+    except (OSError, ValueError) as error:
+        raise ScenarioError(f"--scheduler {scheduler}: no Dask scheduler there ({error})") from error
+    with client:
+        yield client.get_executor(pure=False)
+
+
+def fly_all(executor: Executor, runs: Sequence[tuple[int, dict[str, Any]]], take: Callable[[dict[str, Any]], None]
+            ) -> None:
+    """Fly `runs` (number, scenario as a dictionary) and give `take` each row as it comes in."""
+    futures = [executor.submit(fly_run, number, content) for number, content in runs]
+    try:
+        for future in as_completed(futures):
+            take(future.result())
+    except BaseException:
+        for future in futures:
+            future.cancel()
+        raise
+
+
+def _leave_interrupts_to_the_parent() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)

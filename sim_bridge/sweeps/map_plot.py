@@ -1,0 +1,99 @@
+"""The map of a sweep: what became of each flight over the first two axes, with the theory's limits drawn over it."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from analysis.characteristic_roots import Loop
+from analysis.delay import loop_delay, stability_limit
+from analysis.plots import new_figure
+from analysis.target_eight import Array
+from analysis.whole_loop import gain_limit
+from sim_bridge.scenario import Scenario, ScenarioError
+from sim_bridge.sweeps.axes import Axis, apply
+
+_GAIN = "param.INNER_P"
+_MARKERS = {"unstable": ("x", "#d1495b"), "crashed": ("v", "#8d0801"), "refused": ("+", "#9aa0a6")}
+_CURVE_POINTS = 80
+
+
+def draw_map(base: Scenario, axes: Sequence[Axis], rows: Sequence[dict[str, str]]) -> Any:
+    """A figure: cross-track RMS in colour where the kite tracked, a mark where it did not."""
+    figure, plot = new_figure(7.5, 5.0)
+    x = _column(axes[0], rows)
+    vertical = axes[1].key if len(axes) > 1 else "cross-track RMS [deg]"
+    error = np.array([math.degrees(float(row["cross_track_rms_rad"] or "nan")) for row in rows])
+    y = _column(axes[1], rows) if len(axes) > 1 else error
+    verdicts = np.array([row["verdict"] for row in rows])
+    tracking = verdicts == "tracking"
+    shades = plot.scatter(x[tracking], y[tracking], c=error[tracking], s=_size(len(rows)), marker="s",
+                          cmap="viridis", norm="log" if np.any(error[tracking] > 0.0) else None)
+    if np.any(tracking):
+        bar = figure.colorbar(shades, label="cross-track RMS [deg]", format="{x:g}")
+        bar.ax.yaxis.set_minor_formatter("{x:g}")
+        bar.ax.tick_params(which="minor", labelsize=8)
+    for verdict, (marker, colour) in _MARKERS.items():
+        used = verdicts == verdict
+        if np.any(used):
+            plot.plot(x[used], np.nan_to_num(y[used]), marker, color=colour, ms=5, label=verdict)
+    if len(axes) > 1:
+        _draw_limits(plot, base, axes)
+    for axis, set_scale in zip(axes, (plot.set_xscale, plot.set_yscale), strict=False):
+        if axis.logarithmic:
+            set_scale("log")
+    plot.set(xlabel=axes[0].key, ylabel=vertical)
+    figure.suptitle(f"{base.name}: {len(rows)} flights")
+    plot.grid(alpha=0.3)
+    if plot.get_legend_handles_labels()[0]:
+        plot.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), fontsize=8, ncols=4, frameon=False)
+    return figure
+
+
+def _column(axis: Axis, rows: Sequence[dict[str, str]]) -> Array:
+    """The axis's values as numbers; those that are none, as their place in the list."""
+    texts = [row[axis.key] for row in rows]
+    try:
+        return np.array([float(text) for text in texts])
+    except ValueError:
+        return np.array([axis.values.index(text) for text in texts], dtype=float)
+
+
+def _size(count: int) -> float:
+    return float(np.clip(6000.0 / count, 6.0, 80.0))
+
+
+def _draw_limits(plot: Any, base: Scenario, axes: Sequence[Axis]) -> None:
+    """The paper's limit on P and the whole loop's, where one of the two axes is P and the theory knows the other."""
+    keys = [axis.key for axis in axes[:2]]
+    if _GAIN not in keys or base["plant.kind"] != "turning-rate" or base["plant.speed_law"] != "constant":
+        return
+    other = axes[1 - keys.index(_GAIN)]
+    gain = axes[keys.index(_GAIN)]
+    if not other.is_range:
+        return
+    values = np.linspace(float(other.values[0]), float(other.values[-1]), _CURVE_POINTS)
+    limits = np.array([_limits(base, other, float(value)) for value in values])
+    for column, (style, label) in enumerate((("--", "the paper's limit"), ("-", "limit of the whole loop"))):
+        limit = limits[:, column]
+        line = (limit, values) if keys[0] == _GAIN else (values, limit)
+        plot.plot(*line, style, color="black", lw=1.4, label=label)
+    reach = [float(value) for value in (gain.values[0], gain.values[-1])]
+    margin = 0.05 * (reach[1] - reach[0])
+    (plot.set_xlim if keys[0] == _GAIN else plot.set_ylim)(reach[0] - margin, reach[1] + margin)
+
+
+def _limits(base: Scenario, other: Axis, value: float) -> tuple[float, float]:
+    scenario = Scenario.from_dict(base.to_dict(), base.name)
+    try:
+        apply(scenario, [other], [repr(value)])
+    except ScenarioError:
+        return math.nan, math.nan
+    delay_s = scenario["actuator.dead_time_s"]
+    for direction in ("down", "up"):
+        one_way = scenario[f"link.control.{direction}.delay_s"]
+        delay_s += 0.5 * scenario["link.control.delay_s"] if one_way is None else one_way
+    whole_s = loop_delay(delay_s, scenario.parameter("LOOP_HZ"))
+    loop = Loop(whole_s, scenario["plant.speed_over_length"], scenario["actuator.lag_s"])
+    return stability_limit(whole_s), gain_limit(loop, scenario.parameter("OUTER_L"))

@@ -1,0 +1,40 @@
+"""What a scenario plans for the mean wind: a step, a lull, a turn."""
+
+from math import cos, pi, radians
+
+from sim_bridge.scenario import Scenario
+
+
+class Schedule:
+    """Step, lull and turn as functions of time.
+
+    A step is sharp, as for a step response. Lull and turn begin and end smoothly, along half a cosine.
+    """
+
+    def __init__(self, scenario: Scenario):
+        self._step_s, self._step = scenario["wind.step_s"], scenario["wind.step_m_s"]
+        self._lull_s, self._lull_length = scenario["wind.lull_start_s"], scenario["wind.lull_length_s"]
+        self._ramp, self._lull_to = scenario["wind.lull_ramp_s"], scenario["wind.lull_to"]
+        self._turn_s, self._turn = scenario["wind.turn_start_s"], radians(scenario["wind.turn_by_deg"])
+        self._turn_length = 0.5 * pi * abs(self._turn) / radians(scenario["wind.turn_rate_deg_s"])
+
+    def speed(self, speed: float, time_s: float) -> float:
+        """What step and lull make of a mean `speed` [m/s]."""
+        if self._step and time_s >= self._step_s:
+            speed = max(0.0, speed + self._step)
+        if self._lull_length:
+            back_s = self._lull_s + self._ramp + self._lull_length
+            fallen = _eased(time_s - self._lull_s, self._ramp) - _eased(time_s - back_s, self._ramp)
+            speed *= 1.0 - fallen + fallen * self._lull_to
+        return speed
+
+    def turned(self, time_s: float) -> float:
+        """How far the wind has turned [rad]."""
+        return self._turn * _eased(time_s - self._turn_s, self._turn_length) if self._turn else 0.0
+
+
+def _eased(since: float, length: float) -> float:
+    """From 0 to 1 in `length` [s], along half a cosine: fastest in the middle, by pi/2 over the mean."""
+    if since >= length:  # first, for a ramp of no length
+        return 1.0 if since >= 0.0 else 0.0
+    return 0.5 - 0.5 * cos(pi * since / length) if since > 0.0 else 0.0
