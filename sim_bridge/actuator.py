@@ -51,6 +51,23 @@ class Actuator:
         size = size * exp(-dt / self._lag) if self._lag else (size if self._rate else 0.0)
         return self._target - sign * size
 
+    def mean_over(self, dt: float) -> float:
+        """Mean position over the next `dt` [s], while no further command is felt."""
+        error = self._target - self.position
+        if not error or self.ideal:
+            return self._target
+        size, sign, left = abs(error), 1.0 if error > 0 else -1.0, dt
+        missed = 0.0  # integral of the error's size
+        slow = self._rate * self._lag
+        if self._rate and size > slow:
+            ramp = min(dt, (size - slow) / self._rate)
+            missed = ramp * (size - 0.5 * self._rate * ramp)
+            size -= self._rate * ramp
+            left -= ramp
+        if self._lag:
+            missed += size * self._lag * (1.0 - exp(-left / self._lag))
+        return self._target - sign * missed / dt
+
     def advance(self, dt: float) -> None:
         """Move on by `dt` [s]."""
         self.position = self.position_after(dt)

@@ -204,7 +204,7 @@ class Flight:
         dt = duration / steps
         for _ in range(steps):
             if flying:
-                self.plant.step(dt, actuator.position_after(0.5 * dt), self._wind.air)
+                self.plant.step(dt, actuator.mean_over(dt), self._wind.air)
             actuator.advance(dt)
 
 

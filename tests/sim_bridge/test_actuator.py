@@ -83,3 +83,18 @@ def test_lag_behind_a_rate_limit_ramps_first_and_then_settles():
         part.command(0.0, 1.0)
         ramp_s = (1.0 - 0.1) / 0.5
         assert after(part, 2.3, step) == pytest.approx(1.0 - 0.1 * math.exp(-(2.3 - ramp_s) / 0.2))
+
+
+def test_the_mean_over_a_step_is_that_of_many_small_ones():
+    for changes in ({"rate_limit_per_s": 2.0}, {"lag_s": 0.05}, {"rate_limit_per_s": 2.0, "lag_s": 0.05}):
+        part, fine = actuator(**changes), actuator(**changes)
+        for each in (part, fine):
+            each.command(0.0, 0.5)
+            each.apply_due(0.0)
+        for dt in (0.1, 0.15, 0.3):  # on the ramp, across its end, and behind it
+            positions = []
+            for _ in range(1000):
+                positions.append(fine.position_after(0.5e-3 * dt))
+                fine.advance(1e-3 * dt)
+            assert part.mean_over(dt) == pytest.approx(math.fsum(positions) / 1000, abs=1e-6)
+            part.advance(dt)
