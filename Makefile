@@ -28,6 +28,9 @@ sitl: $(VENV)/.installed ## fly SCENARIO in real time, ground stations welcome o
 paper: $(VENV)/.installed ## the paper's figures and numbers into docs/figures
 	$(BIN)/kite-sitl paper --out docs/figures
 
+reality: $(VENV)/.installed ## the tables of docs/reality.md: the law on real flights and on every plant (minutes)
+	$(BIN)/kite-sitl reality $(wildcard tests/data/flight/*.csv.gz) --out docs/reality.md
+
 $(VENV)/.installed-boards: $(VENV)/.installed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[boards]'
 	@touch $@
@@ -63,4 +66,4 @@ test: $(VENV)/.installed-dev ## run the tests
 clean: ## remove .venv and what was built
 	rm -rf $(VENV) build dist *.egg-info
 
-.PHONY: help install sitl paper flash board-image generate lint type test clean
+.PHONY: help install sitl paper reality flash board-image generate lint type test clean

@@ -1,1 +1,9 @@
-"""The ground station: link, vehicle state, parameters, tuning, recorder, command line."""
+"""The ground station: link, vehicle state, parameters, tuning, recorder, command line.
+
+For scripts and notebooks: `ground.connect` gives a `ground.kite.Kite`.
+"""
+
+from ground.errors import GroundError, NoAnswerError, UsageError, VehicleError
+from ground.kite import Kite, connect
+
+__all__ = ["GroundError", "Kite", "NoAnswerError", "UsageError", "VehicleError", "connect"]

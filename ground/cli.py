@@ -9,19 +9,24 @@ import os
 import sys
 import time
 
-from ground.cli_options import DEFAULTS, Parser, common_options
+from ground.cli_completion import add_completion_command
+from ground.cli_logs import add_log_commands
+from ground.cli_options import DEFAULTS, Parser, common_options, link_names
 from ground.cli_parameters import add_parameter_commands
+from ground.cli_record import add_record_command
+from ground.cli_tune import add_tune_command
 from ground.cli_vehicle import add_vehicle_commands
 from ground.errors import GroundError
+from ground.links import open_links
 from ground.session import Session
 from ground.terminal import tell
-from ground.transport import open_transport
 
 
 def main(argv: list[str] | None = None) -> int:
     """Run kite-ground with these arguments (the process's own when None) and return its exit code."""
     try:
-        args = build_parser().parse_args(argv, argparse.Namespace(**DEFAULTS))
+        parser = build_parser()
+        args = parser.parse_args(argv, argparse.Namespace(**DEFAULTS, whole_parser=parser))
         code = args.run(args, lambda: open_session(args))
         sys.stdout.flush()
         return code
@@ -44,19 +49,23 @@ def main(argv: list[str] | None = None) -> int:
 def build_parser() -> Parser:
     """The whole command line; each subcommand's `run(args, connect)` does its work and returns the exit code."""
     parser = Parser(prog="kite-ground", description="Ground station for a kite that flies with kitepilot.",
-                    parents=[common_options()], epilog="example:\n  kite-ground --link udpin:0.0.0.0:14550 monitor")
+                    parents=[common_options(0)], epilog="example:\n  kite-ground --link udpin:0.0.0.0:14550 monitor")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     add_vehicle_commands(commands)
     add_parameter_commands(commands)
+    add_tune_command(commands)
+    add_record_command(commands)
+    add_log_commands(commands)
+    add_completion_command(commands)
     return parser
 
 
 def open_session(args: argparse.Namespace) -> Session:
-    """Open the link of `args` and wait for its vehicle. Raises LinkError or UsageError when that fails."""
-    session = Session(open_transport(args.link), time.monotonic, args.link, tell, args.system)
+    """Open the links of `args` and wait for its vehicle. Raises LinkError or UsageError when that fails."""
+    session = Session(open_links(link_names(args), time.monotonic, tell), tell, args.system)
     try:
         session.find_vehicle(args.timeout)
     except BaseException:
-        session.connection.close()
+        session.links.close()
         raise
     return session

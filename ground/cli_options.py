@@ -1,15 +1,18 @@
 """What the subcommands of kite-ground share: options, their defaults, and how a parser answers mistakes."""
 
 import argparse
-import difflib
 import math
+import time
 from collections.abc import Callable, Iterable
 from typing import NoReturn
 
 from ground.errors import UsageError
+from ground.parameter_check import closest
 from ground.session import Session
 
-DEFAULTS = {"link": "udpin:127.0.0.1:14550", "timeout": 10.0, "system": None}
+DEFAULT_LINK = "udpin:127.0.0.1:14550"
+DEFAULTS = {"timeout": 10.0, "system": None, "wall_clock": time.time}
+_LEVELS = 3  # kite-ground, a command, a verb: each has --link, and keeps its own
 
 Connect = Callable[[], Session]
 Run = Callable[[argparse.Namespace, Connect], int]
@@ -25,17 +28,30 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"{self.prog}: {message}; {self.prog} --help shows how\n")
 
 
-def common_options() -> argparse.ArgumentParser:
-    """Options that may stand before or after the subcommand."""
+def common_options(level: int = 2) -> argparse.ArgumentParser:
+    """Options that may stand before or after the subcommand; `level` 0 to 2 is how deep this parser is."""
     parser = argparse.ArgumentParser(add_help=False, argument_default=argparse.SUPPRESS)
     group = parser.add_argument_group("link")
-    group.add_argument("--link", metavar="LINK", help="udpin:HOST:PORT waits for the vehicle, udpout:HOST:PORT calls "
-                       f"it, serial:DEVICE:BAUD is a cable or radio (default {DEFAULTS['link']})")
+    group.add_argument("--link", metavar="LINK", dest=f"link{level}", action="append",
+                       help="udpin:HOST:PORT waits for the vehicle, udpout:HOST:PORT calls it, serial:DEVICE:BAUD is a "
+                       f"cable or radio; may be given several times, to use all at once (default {DEFAULT_LINK})")
     group.add_argument("--timeout", type=positive, metavar="S",
                        help=f"seconds to wait for the vehicle's heartbeat (default {DEFAULTS['timeout']:g})")
     group.add_argument("--system", type=int, choices=range(1, 256), metavar="ID",
                        help="system id of the vehicle (default: the first one heard)")
     return parser
+
+
+def link_names(args: argparse.Namespace) -> list[str]:
+    """The links that were asked for, wherever --link stood."""
+    names = [name for level in range(_LEVELS) for name in getattr(args, f"link{level}", [])]
+    return names or [DEFAULT_LINK]
+
+
+def add_snapshot_option(parser: argparse.ArgumentParser) -> None:
+    """Where the snapshot of the parameters is kept."""
+    parser.add_argument("--snapshot", metavar="FILE", help="keep or find the snapshot that `param revert` goes back to "
+                        "here (default: one for each vehicle in the user's state folder)")
 
 
 def add_command(commands, name: str, run: Run, summary: str, examples: str) -> argparse.ArgumentParser:
@@ -55,12 +71,6 @@ def positive(text: str) -> float:
     if not 0.0 < value < math.inf:
         raise argparse.ArgumentTypeError(f"{text!r} should be more than 0, and finite")
     return value
-
-
-def closest(word: str, known: Iterable[str]) -> str:
-    """A half sentence that suggests the known word closest to `word`, or nothing."""
-    near = difflib.get_close_matches(word, list(known), n=1, cutoff=0.5)
-    return f"; did you mean {near[0]}?" if near else ""
 
 
 def known_name(name: str, known: Iterable[str]) -> str:

@@ -1,127 +1,99 @@
-"""kite-ground param save, load and diff: the vehicle's parameters against a file."""
+"""kite-ground param save, savechanged and diff: the vehicle's parameters to a file, and against one."""
 
 import argparse
 from pathlib import Path
 
-from ground.cli_options import Connect, add_command, closest
-from ground.errors import NoAnswerError, UsageError, VehicleError
-from ground.parameter_file import Entry, format_value, read_parameter_file, write_parameter_file
-from ground.session import Session
-from ground.terminal import confirm, parameter_progress, tell
+from ground.cli_completion import complete_files
+from ground.cli_options import Connect, add_command, add_snapshot_option
+from ground.errors import UsageError
+from ground.parameter_file import STYLES, read_parameter_file, write_parameter_file
+from ground.parameter_view import Values, counted, differences, is_changed, width
+from ground.snapshot import SnapshotKeeper, describe_age
+from ground.terminal import parameter_progress
 from protocol.contract import CONTRACT_HASH
-from protocol.parameter_table import Parameter, load_parameters
+from protocol.parameter_table import load_parameters
 
-Values = dict[str, float]
+SNAPSHOT = "snapshot"
 
 
 def add_parameter_file_commands(verbs) -> None:
-    """Add the subcommands of `param` that take a file."""
-    save = add_command(verbs, "save", save_parameters, "write all parameters to a file, as MAVProxy does",
-                       "  kite-ground param save before.param")
-    save.add_argument("file", metavar="FILE")
-    save.add_argument("--force", action="store_true", help="write over a file that is there")
-    load = add_command(verbs, "load", load_file, "set what a file (MAVProxy, Mission Planner, QGroundControl) has "
-                       "different", "  kite-ground param load before.param")
-    load.add_argument("file", metavar="FILE")
-    load.add_argument("--yes", action="store_true", help="do not ask first")
-    diff = add_command(verbs, "diff", show_difference, "show where the vehicle differs from a file, or from the "
-                       "defaults", "  kite-ground param diff before.param")
-    diff.add_argument("file", metavar="FILE", nargs="?", help="(default: the defaults)")
+    """Add the subcommands of `param` that write a file, or compare with one."""
+    save = add_command(verbs, "save", save_parameters, "write all parameters to a file",
+                       "  kite-ground param save before.param\n"
+                       "  kite-ground param save before.params --format qgroundcontrol")
+    changed = add_command(verbs, "savechanged", save_changed, "write the parameters that are not at their default to a "
+                          "file", "  kite-ground param savechanged gains.param")
+    for parser in (save, changed):
+        complete_files(parser.add_argument("file", metavar="FILE"))
+        parser.add_argument("--format", choices=list(STYLES), default="mavproxy",
+                            help="whose form the file has (default mavproxy)")
+        parser.add_argument("--force", action="store_true", help="write over a file that is there")
+    diff = add_command(verbs, "diff", show_difference, "show where the vehicle differs from a file, from the defaults, "
+                       "or from the snapshot", "  kite-ground param diff before.param\n"
+                       "  kite-ground param diff --to-snapshot")
+    complete_files(diff.add_argument("file", metavar="FILE", nargs="?", help="(default: the defaults)"))
+    diff.add_argument("--to-snapshot", action="store_true", help="against what `param revert` goes back to")
+    add_snapshot_option(diff)
 
 
 def save_parameters(args: argparse.Namespace, connect: Connect) -> int:
     """param save."""
+    return _save(args, connect, changed_only=False)
+
+
+def save_changed(args: argparse.Namespace, connect: Connect) -> int:
+    """param savechanged."""
+    return _save(args, connect, changed_only=True)
+
+
+def show_difference(args: argparse.Namespace, connect: Connect) -> int:
+    """param diff. Sets nothing, and takes no snapshot."""
+    table = load_parameters()
+    if args.file and args.to_snapshot:
+        raise UsageError("param diff: FILE and --to-snapshot are two: give one of them")
+    other, heading = {name: parameter.default for name, parameter in table.items()}, "default"
+    if args.file:
+        other, heading = {name: entry.value for name, entry in read_parameter_file(args.file).items()}, args.file
+    with connect() as session:
+        session.check_contract()
+        if args.to_snapshot:
+            keeper = SnapshotKeeper(session, args.snapshot, args.wall_clock)
+            snapshot = keeper.find()
+            if snapshot is None:
+                raise UsageError(f"no snapshot of this flight: {keeper.path} is not there, or is from before the "
+                                 "vehicle was started")
+            print(f"snapshot of {describe_age(snapshot, args.wall_clock())}")
+            other, heading = snapshot.values, SNAPSHOT
+        values = session.parameters.fetch_all(parameter_progress())
+    show_differences(values, {name: value for name, value in other.items() if values.get(name) != value}, heading)
+    return 0
+
+
+def show_differences(values: Values, wanted: Values, heading: str) -> None:
+    """Print `wanted` against the vehicle's `values`."""
+    if not wanted:
+        print(f"no difference between the vehicle and {heading}")
+        return
+    columns = width()
+    for line in differences(load_parameters(), values, wanted, heading):
+        print(line[:columns])
+
+
+def _save(args: argparse.Namespace, connect: Connect, changed_only: bool) -> int:
+    """Only what the vehicle has said is written, and only once it has said all of it."""
     if Path(args.file).exists() and not args.force:
         raise UsageError(f"{args.file}: is there already: give another name, or --force to write over it")
     with connect() as session:
         session.check_contract()
         values = session.parameters.fetch_all(parameter_progress())
         system = session.connection.target.system
-    write_parameter_file(args.file, values, f"kitepilot, system {system}, contract {CONTRACT_HASH}")
-    print(f"{len(values)} parameters written to {args.file}")
-    return 0
-
-
-def load_file(args: argparse.Namespace, connect: Connect) -> int:
-    """param load."""
-    entries = read_parameter_file(args.file)
     table = load_parameters()
-    _check_entries(args.file, entries, table)
-    with connect() as session:
-        session.check_contract()
-        values = session.parameters.fetch_all(parameter_progress())
-        _check_names(args.file, entries, values)
-        wanted = {name: entry.value for name, entry in entries.items() if entry.value != values[name]}
-        _print_differences(values, wanted, args.file)
-        for name in [name for name in wanted if name in table and table[name].read_only]:
-            tell(f"{name} is read only and stays as it is")
-            del wanted[name]
-        if not wanted:
-            print("nothing to set")
+    if changed_only:
+        values = {name: value for name, value in values.items() if name not in table or is_changed(table[name], value)}
+        if not values:
+            print(f"all parameters are at their defaults: {args.file} was not written")
             return 0
-        if not args.yes and not confirm(session, f"set {_count(wanted)}?"):
-            print("nothing was set")
-            return 0
-        return _set_all(session, wanted)
-
-
-def show_difference(args: argparse.Namespace, connect: Connect) -> int:
-    """param diff."""
-    if args.file:
-        other = {name: entry.value for name, entry in read_parameter_file(args.file).items()}
-    else:
-        other = {name: parameter.default for name, parameter in load_parameters().items()}
-    with connect() as session:
-        session.check_contract()
-        values = session.parameters.fetch_all(parameter_progress())
-    differing = {name: value for name, value in other.items() if values.get(name) != value}
-    _print_differences(values, differing, args.file or "default")
+    heading = (f"kitepilot, system {system}, contract {CONTRACT_HASH}",)
+    write_parameter_file(args.file, values, heading, args.format, system)
+    print(f"{counted(len(values))} written to {args.file}")
     return 0
-
-
-def _check_entries(file: str, entries: dict[str, Entry], table: dict[str, Parameter]) -> None:
-    """Raise UsageError for a value that is certain to be refused, before anything is changed."""
-    for name, entry in entries.items():
-        parameter = table.get(name)
-        problem = parameter.problem_with(entry.value) if parameter and not parameter.read_only else None
-        if problem:
-            raise UsageError(f"{file}:{entry.line}: {problem}; nothing was set")
-
-
-def _check_names(file: str, entries: dict[str, Entry], values: Values) -> None:
-    for name, entry in entries.items():
-        if name not in values:
-            raise UsageError(f"{file}:{entry.line}: the vehicle has no parameter {name}{closest(name, values)}; "
-                             "nothing was set")
-
-
-def _print_differences(values: Values, wanted: Values, heading: str) -> None:
-    if not wanted:
-        print(f"no difference between the vehicle and {heading}")
-        return
-    print(f"{'':<16} {'vehicle':>12} {heading:>12}")
-    for name, value in wanted.items():
-        present = format_value(values[name]) if name in values else "-"
-        print(f"{name:<16} {present:>12} {format_value(value):>12}")
-
-
-def _set_all(session: Session, wanted: Values) -> int:
-    """Set each; a refusal does not stop the others, a vehicle that has fallen silent does."""
-    refused = []
-    for done, (name, value) in enumerate(wanted.items()):
-        try:
-            session.parameters.set(name, value)
-            print(f"{name} = {format_value(value)}, acknowledged by the vehicle", flush=True)
-        except NoAnswerError as error:
-            rest = len(wanted) - done
-            raise NoAnswerError(f"{error}; it and what followed ({rest} of {len(wanted)}) may be unset") from None
-        except VehicleError as error:
-            refused.append(name)
-            tell(str(error))
-    if refused:
-        raise VehicleError(f"{len(refused)} of {_count(wanted)} refused: {', '.join(refused)}")
-    return 0
-
-
-def _count(wanted: Values) -> str:
-    return f"{len(wanted)} parameter{'' if len(wanted) == 1 else 's'}"

@@ -2,14 +2,13 @@
 
 from collections.abc import Callable
 
-from ground.connection import GROUND_SYSTEM, Connection
+from ground.connection import GROUND_SYSTEM, SILENCE_S, Connection
 from ground.errors import NoAnswerError, VehicleError
 from ground.framing import Message
 from ground.vehicle_state import is_armed, mode_name
 from protocol import dialect
 
 ATTEMPTS = 20
-SILENCE_S = 10.0
 LEAST_INTERVAL_S = 0.5  # heartbeats come once a second; asking much faster than that says nothing new
 _REFUSALS = 4  # how often to ask for the sake of a reason that was lost on the way
 _CONTRADICTIONS = 4  # heartbeats that show another state after the command was accepted
@@ -60,8 +59,8 @@ class Commander:
             return
         elapsed_s = self._connection.clock() - started_s
         if not answers.heard:
-            gone = ": the link is down" if self._connection.silence_s(started_s) >= SILENCE_S else ""
-            raise NoAnswerError(f"{what}: no answer in {elapsed_s:.0f} s, so whether it took effect is not known{gone}")
+            why = self._connection.why_silent(started_s)
+            raise NoAnswerError(f"{what}: whether it took effect is not known: {why}")
         raise VehicleError(f"{what}: {answers.summary(elapsed_s)}")
 
     def _send(self, command: int, values: tuple[float, float], attempt: int) -> None:

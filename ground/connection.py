@@ -1,19 +1,27 @@
-"""A MAVLink conversation with one vehicle over a transport, on a clock that is handed in."""
+"""A MAVLink conversation with one vehicle over one or several links, on a clock that is handed in."""
 
 from collections.abc import Callable
 from typing import NamedTuple
 
-from ground.framing import FrameReader, Message, Received
-from ground.link_statistics import LinkStatistics, RoundTrip
-from ground.transport import Transport
+from ground.first_copies import FirstCopies
+from ground.framing import Message
+from ground.link_statistics import LinkStatistics
+from ground.links import Clock, Heard, Links
+from ground.round_trip import RoundTrip
 from protocol import dialect
 
-Clock = Callable[[], float]
 Observer = Callable[[float, Message, bytes], None]
 
 GROUND_SYSTEM = 255
 GROUND_COMPONENT = dialect.MAV_COMP_ID_MISSIONPLANNER
 HEARTBEAT_PERIOD_S = 1.0
+SILENCE_S = 10.0  # no message of any kind for so long: the link is down
+_MOST_TIMINGS = 512
+_QUICK, _SLOW_S = 4, 0.8  # so many attempts as fast as the link is, and the others no faster than this
+_OVERTAKEN = 10  # more than a link's jitter does: it came over a slower link
+_PRESENT = (  # what says how things are now: one that was overtaken so far says how they were
+    dialect.MAVLink_heartbeat_message, dialect.MAVLink_kite_state_message, dialect.MAVLink_sys_status_message,
+    dialect.MAVLink_local_position_ned_message, dialect.MAVLink_param_value_message)
 
 
 class Address(NamedTuple):
@@ -24,28 +32,30 @@ class Address(NamedTuple):
 
 
 class Connection:
-    """Sends and receives messages, beats its heart, and keeps count of how well the link does.
+    """Sends and receives messages, beats its heart, and keeps count of how well the links do.
 
-    Everything happens inside `poll` and the two `wait` functions, which wait in `transport.receive` only; `clock`
-    gives seconds. The vehicle is the first autopilot whose heartbeat is heard (`vehicle_system` narrows it down);
-    until then requests go to system 1, component 1.
+    Everything happens inside `poll` and the two `wait` functions, which wait in `links.receive` only. The vehicle is
+    the first autopilot whose heartbeat is heard (`vehicle_system` narrows it down); until then requests go to system
+    1, component 1. A frame that comes over several links counts once.
     """
 
-    def __init__(self, transport: Transport, clock: Clock, vehicle_system: int | None = None) -> None:
-        self.clock = clock
+    def __init__(self, links: Links, vehicle_system: int | None = None) -> None:
+        self.links = links
+        self.clock: Clock = links.clock
         self.vehicle: Address | None = None
         self.others: set[int] = set()  # systems that are autopilots too, but not the one wanted
         self.statistics = LinkStatistics()
         self.round_trip = RoundTrip()
-        self.bytes_received = 0
+        self.timing_period_s = HEARTBEAT_PERIOD_S  # how often the round trip is timed
+        self.vehicle_clock: tuple[float, float] | None = None  # its time since it started, and ours when that came [s]
         self.every_second: list[Callable[[], None]] = []
-        self._transport = transport
         self._vehicle_system = vehicle_system
+        self._renamed: int | None = None
         self._encoder = dialect.MAVLink(None, GROUND_SYSTEM, GROUND_COMPONENT)
-        self._reader = FrameReader()
+        self._first_copies = FirstCopies()
         self._observers: list[tuple[Observer, bool]] = []
-        self._next_heartbeat_s = clock()
-        self._timings: dict[int, float] = {}  # TIMESYNC on its way, and when it was sent
+        self._next_heartbeat_s = self._next_timing_s = self.clock()
+        self._timings: dict[int, list[float | None]] = {}  # TIMESYNC on its way
 
     @property
     def target(self) -> Address:
@@ -60,20 +70,27 @@ class Connection:
         """Take back `add_observer`."""
         self._observers = [entry for entry in self._observers if entry[0] != observer]
 
-    def send(self, message: Message) -> None:
-        """Send one message. Raises LinkError when the link is broken."""
-        self._transport.send(message.pack(self._encoder))
+    def send(self, message: Message, everywhere: bool = False) -> None:
+        """Send one message over the links that hear the vehicle, or over all of them."""
+        self.links.send(message.pack(self._encoder), everywhere)
         self._encoder.seq = (self._encoder.seq + 1) % 256
+
+    def expect_renamed(self, system: int | None) -> None:
+        """The vehicle was told to take another system id: when that is heard, it is the vehicle. None: it was not."""
+        self._renamed = system
 
     def poll(self, timeout_s: float) -> list[Message]:
         """Wait up to `timeout_s` [s] for bytes, see to what is due, and return the vehicle's messages that came."""
         now_s = self.clock()
         if now_s >= self._next_heartbeat_s:
             self._next_heartbeat_s = now_s + HEARTBEAT_PERIOD_S
-            self._speak_up(now_s)
-        data = self._transport.receive(max(min(timeout_s, self._next_heartbeat_s - now_s), 0.0))
-        self.bytes_received += len(data)
-        return [received.message for received in self._reader.feed(data) if self._take(received)]
+            self._speak_up()
+        if self.vehicle and now_s >= self._next_timing_s:
+            self._next_timing_s = now_s + self.timing_period_s
+            self._ask_the_time(now_s)
+        due_s = min(self._next_heartbeat_s, self._next_timing_s if self.vehicle else self._next_heartbeat_s)
+        return [heard.received.message for heard in self.links.receive(max(min(timeout_s, due_s - now_s), 0.0))
+                if self._take(heard)]
 
     def wait_for(self, predicate: Callable[[Message], bool], timeout_s: float) -> Message | None:
         """The vehicle's first message that `predicate` accepts, or None after `timeout_s` [s]."""
@@ -98,47 +115,75 @@ class Connection:
         """How long the vehicle has been silent, counted from `since_s` on the clock at the earliest [s]."""
         return self.clock() - max(since_s, self.statistics.last_s or since_s)
 
-    def close(self) -> None:
-        """Close the transport."""
-        self._transport.close()
+    def patience_s(self, attempt: int) -> float:
+        """How long to wait for an answer to this attempt, counted from 0, before asking again [s].
 
-    def _speak_up(self, now_s: float) -> None:
+        After a few in vain there is more time, so that a short outage is outlived, and a full link not filled further.
+        """
+        wait_s = self.round_trip.timeout_s
+        return wait_s if attempt < _QUICK else max(wait_s, _SLOW_S)
+
+    def why_silent(self, since_s: float) -> str:
+        """How long was waited since `since_s` on the clock, why in vain as far as that is known, and what to try."""
+        tried = f"no answer in {self.clock() - since_s:.0f} s"
+        if self.silence_s(since_s) < SILENCE_S:
+            return (f"{tried}, though the vehicle is heard: what is sent does not reach it; "
+                    "try again nearer to it, or over another --link")
+        if problems := [link.problem for link in self.links.all if link.problem]:
+            return f"{tried}: the link is down ({'; '.join(problems)})"
+        return (f"{tried}, and nothing else from the vehicle: the link is down; "
+                "look at the vehicle's power, the radio and the cable, and try again")
+
+    def close(self) -> None:
+        """Close the links."""
+        self.links.close()
+
+    def _speak_up(self) -> None:
         self.send(dialect.MAVLink_heartbeat_message(
-            dialect.MAV_TYPE_GCS, dialect.MAV_AUTOPILOT_INVALID, 0, 0, dialect.MAV_STATE_ACTIVE, 3))
-        if self.vehicle:
-            stamp = int(now_s * 1e9) + 1
-            self._timings = {old: sent_s for old, sent_s in self._timings.items() if now_s - sent_s < 30.0}
-            self._timings[stamp] = now_s
-            self.send(dialect.MAVLink_timesync_message(0, stamp))
+            dialect.MAV_TYPE_GCS, dialect.MAV_AUTOPILOT_INVALID, 0, 0, dialect.MAV_STATE_ACTIVE, 3), everywhere=True)
         for action in self.every_second:
             action()
 
-    def _take(self, received: Received) -> bool:
-        """Pass a message on to whom it concerns; whether it is the vehicle's."""
-        time_s = self.clock()
+    def _ask_the_time(self, now_s: float) -> None:
+        stamp = int(now_s * 1e9) + 1
+        self._timings[stamp] = self.round_trip.ask(now_s)
+        if len(self._timings) > _MOST_TIMINGS:
+            del self._timings[next(iter(self._timings))]
+        self.send(dialect.MAVLink_timesync_message(0, stamp))
+
+    def _take(self, heard: Heard) -> bool:
+        """Pass a message on to whom it concerns; whether it is the vehicle's, and news."""
+        time_s, received = self.clock(), heard.received
         message, sender = received.message, Address(received.system, received.component)
         if isinstance(message, dialect.MAVLink_heartbeat_message):
             self._meet(message, sender)
-        known = not isinstance(message, dialect.MAVLink_unknown)
         from_vehicle = sender == self.vehicle
         if from_vehicle:
-            self.statistics.add(time_s, received.sequence)
+            heard.link.statistics.add(time_s, received.sequence)
+        if not self._first_copies.is_first(sender, received.frame):
+            return False
+        known = not isinstance(message, dialect.MAVLink_unknown)
+        overtaken = self.statistics.add(time_s, received.sequence) if from_vehicle else 0
+        news = from_vehicle and known and (overtaken < _OVERTAKEN or not isinstance(message, _PRESENT))
         if from_vehicle and isinstance(message, dialect.MAVLink_timesync_message):
             self._time(message, time_s)
         for observer, everyone in list(self._observers):
-            if everyone or (from_vehicle and known):
+            if everyone or news:
                 observer(time_s, message, received.frame)
-        return from_vehicle and known
+        return news
 
     def _meet(self, heartbeat: dialect.MAVLink_heartbeat_message, sender: Address) -> None:
         if heartbeat.type == dialect.MAV_TYPE_GCS or heartbeat.autopilot == dialect.MAV_AUTOPILOT_INVALID:
             return
-        if self._vehicle_system not in (None, sender.system) or self.vehicle not in (None, sender):
+        if self.vehicle and self._renamed == sender.system:
+            self.vehicle, self._vehicle_system, self._renamed = sender, sender.system, None
+        elif self._vehicle_system not in (None, sender.system) or self.vehicle not in (None, sender):
             self.others.add(sender.system)
         elif self.vehicle is None:
             self.vehicle = sender
             self._next_heartbeat_s = self.clock()  # say hello, and time the first answer, at once
 
     def _time(self, answer: dialect.MAVLink_timesync_message, time_s: float) -> None:
-        if answer.tc1 and (sent_s := self._timings.pop(answer.ts1, None)) is not None:
-            self.round_trip.add(time_s - sent_s)
+        if answer.tc1 and (question := self._timings.pop(answer.ts1, None)) is not None:
+            self.round_trip.answer(question, time_s)
+            self.vehicle_clock = (answer.tc1 * 1e-9, time_s)

@@ -1,8 +1,9 @@
-"""How good the link is: messages a second, messages lost, and how long an answer takes."""
+"""How good the link is: messages a second, and messages lost."""
 
 from collections import deque
 
 WINDOW_S = 5.0
+_RESTART = 3  # so many old numbers in a row, with no new one between: the sender has started to count anew
 
 
 class LinkStatistics:
@@ -19,18 +20,23 @@ class LinkStatistics:
         self._first_s = 0.0
         self._expected: int | None = None
         self._missing: set[int] = set()
+        self._old_run, self._last_old = 0, -1
         self._recent: deque[tuple[float, int]] = deque()  # time of a message, and the change in what is lost
 
-    def add(self, time_s: float, sequence: int) -> None:
-        """Take in a message that came at `time_s` [s] with this sequence number."""
+    def add(self, time_s: float, sequence: int) -> int:
+        """Take in a message that came at `time_s` [s] with this sequence number; by how many it was overtaken."""
         if self.last_s is None:
             self._first_s = time_s
+        elif time_s - self.last_s > WINDOW_S:
+            self._count_anew()  # so many may be missing that the numbers have gone round
         self.received += 1
         self.last_s = time_s
+        self._look_for_a_restart(sequence)
         lost = self._newly_lost(sequence)
         self.lost += lost
         self._recent.append((time_s, lost))
         self._forget(time_s)
+        return 0 if self._expected is None else (self._expected - 1 - sequence) % 256
 
     def rate_hz(self, now_s: float) -> float:
         """Messages a second of late, in 1/s."""
@@ -42,6 +48,19 @@ class LinkStatistics:
         self._forget(now_s)
         lost = max(sum(change for _, change in self._recent), 0)
         return lost / (lost + len(self._recent)) if self._recent else None
+
+    def _look_for_a_restart(self, sequence: int) -> None:
+        if self._expected is None or (sequence - self._expected) % 256 < 128:
+            self._old_run = 0
+            return
+        self._old_run = self._old_run + 1 if sequence == (self._last_old + 1) % 256 else 1
+        self._last_old = sequence
+        if self._old_run >= _RESTART:
+            self._count_anew()
+
+    def _count_anew(self) -> None:
+        self._expected, self._old_run = None, 0
+        self._missing.clear()
 
     def _newly_lost(self, sequence: int) -> int:
         ahead = 0 if self._expected is None else (sequence - self._expected) % 256
@@ -59,34 +78,3 @@ class LinkStatistics:
     def _forget(self, now_s: float) -> None:
         while self._recent and self._recent[0][0] < now_s - WINDOW_S:
             self._recent.popleft()
-
-
-class RoundTrip:
-    """How long an answer takes, smoothed as TCP does (RFC 6298): `seconds` is None until the first was timed.
-
-    Asking again too soon costs a frame, asking too late costs the user time: the first guess of the variation is
-    smaller than TCP's.
-    """
-
-    UNKNOWN_S = 1.0  # a first guess for the time-out
-    LEAST_S, GREATEST_S = 0.2, 6.0
-
-    def __init__(self) -> None:
-        self.seconds: float | None = None
-        self._variation_s = 0.0
-
-    def add(self, seconds: float) -> None:
-        """Take in one measured answer time [s]."""
-        if self.seconds is None:
-            self.seconds, self._variation_s = seconds, seconds / 8.0
-            return
-        self._variation_s += (abs(seconds - self.seconds) - self._variation_s) / 4.0
-        self.seconds += (seconds - self.seconds) / 8.0
-
-    @property
-    def timeout_s(self) -> float:
-        """How long to wait for an answer before asking again [s]."""
-        if self.seconds is None:
-            return self.UNKNOWN_S
-        margin_s = max(4.0 * self._variation_s, 0.2 * self.seconds, 0.1)
-        return min(max(self.seconds + margin_s, self.LEAST_S), self.GREATEST_S)

@@ -1,12 +1,16 @@
 """What the monitor shows: a table for a terminal, one line for anything else. Degrees here, radians inside."""
 
 import math
+import textwrap
 
 from ground.connection import Connection
+from ground.link_statistics import LinkStatistics
+from ground.session import Session
 from ground.vehicle_state import VehicleState
 from protocol import dialect
 
-STALE_S = 3.0
+_DELAY_WINDOW_S = 30.0
+_MOST_WARNED = 4  # lines
 _STATUS_NAMES = {
     dialect.KITE_STATUS_STALE: "samples are stale",
     dialect.KITE_STATUS_SATURATED: "steering at its limit",
@@ -16,15 +20,15 @@ _STATUS_NAMES = {
 }
 
 
-def table(state: VehicleState, connection: Connection, link: str) -> list[str]:
-    """The lines of the live table; the texts come last, newest first."""
-    now_s = connection.clock()
-    lines = [_title(state, connection, link), ""]
-    lines += [f"  {name:<16}{value}" for name, value in [*_flight(state), *_loop(state), *_link(connection)]]
-    lines += ["", "  messages of the vehicle"]
-    texts = [f"  {now_s - text.time_s:6.0f} s ago   {text.severity_name:<10}{text.text}"
-             for text in reversed(state.texts)]
-    return lines + (texts or ["  none yet"])
+def screen(session: Session, warnings: list[str], width: int, height: int) -> list[str]:
+    """At most `height` lines of at most `width` columns: title, warnings, flight, loop, links, and what was said."""
+    state, connection = session.state, session.connection
+    rows = [*_flight(state), *_loop(state), *_links(session)]
+    lines = [_title(state, connection), *_warned(warnings, width), ""]
+    lines += [f"  {name:<16}{value}" for name, value in rows]
+    said = ["", "  messages, newest first", *(_messages(session) or ["  none yet"])]
+    lines = [*lines, *said[: max(height - len(lines) - 1, 0)]]
+    return [line[:width] for line in [*lines[: height - 1], "  Ctrl-C ends"]]
 
 
 def line(state: VehicleState, connection: Connection, elapsed_s: float) -> str:
@@ -38,17 +42,25 @@ def line(state: VehicleState, connection: Connection, elapsed_s: float) -> str:
             f"target_deg={_degrees(kite.target_course)}", f"steering={kite.steering_asked:+.3f}",
             f"airspeed={kite.airspeed:.1f}", f"tick_ms={_tick(kite.tick_us)}", f"worst_ms={_tick(kite.tick_worst_us)}",
             f"overruns={kite.overruns}", f"dropped={kite.samples_dropped}"]
+    if (delay := connection.round_trip.summary(now_s, _DELAY_WINDOW_S)) is not None:
+        parts += [f"delay_ms={delay.median_s * 1e3:.0f}", f"spread_ms={delay.spread_s * 1e3:.0f}"]
     parts += [f"rate={statistics.rate_hz(now_s):.1f}", f"loss={'-' if loss is None else f'{loss:.3f}'}",
               f"age={_silence_s(connection):.2f}"]
     return " ".join(parts)
 
 
-def _title(state: VehicleState, connection: Connection, link: str) -> str:
-    name = f"kite {connection.target.system} on {link}"
-    if (silent_s := _silence_s(connection)) > STALE_S:
-        return f"{name}   NO MESSAGE FOR {silent_s:.0f} s: all below is old"
+def _title(state: VehicleState, connection: Connection) -> str:
     armed = {None: "", True: "ARMED", False: "disarmed"}[state.armed]
-    return f"{name}   {state.mode_name}   {armed}"
+    clock = connection.vehicle_clock
+    running = f"   running for {_duration(clock[0] + connection.clock() - clock[1])}" if clock else ""
+    return f"kite {connection.target.system}   {state.mode_name}   {armed}{running}"
+
+
+def _warned(warnings: list[str], width: int) -> list[str]:
+    """The warnings, folded to the width; a line is kept free for them, so that the table stays in its place."""
+    lines = [line for text in warnings
+             for line in textwrap.wrap(text, max(width - 1, 20), initial_indent="! ", subsequent_indent="  ")]
+    return lines[:_MOST_WARNED] or ["  all is well"]
 
 
 def _flight(state: VehicleState) -> list[tuple[str, str]]:
@@ -84,12 +96,37 @@ def _loop(state: VehicleState) -> list[tuple[str, str]]:
     return rows
 
 
-def _link(connection: Connection) -> list[tuple[str, str]]:
-    now_s, statistics = connection.clock(), connection.statistics
-    answer, loss = connection.round_trip.seconds, statistics.loss(now_s)
-    answer_text = "-" if answer is None else f"{answer * 1e3:.0f} ms"
-    return [("link", f"{statistics.rate_hz(now_s):8.1f} messages/s   lost {'-' if loss is None else f'{loss:.1%}'}"
-                     f"   round trip {answer_text}   last message {_silence_s(connection):.1f} s ago")]
+def _links(session: Session) -> list[tuple[str, str]]:
+    connection = session.connection
+    now_s = connection.clock()
+    rows = [("link", _quality(connection.statistics, now_s))]
+    if len(session.links.all) > 1:
+        rows += [("", f"{_quality(link.statistics, now_s)}   {link.name}{' IS DOWN' if link.problem else ''}")
+                 for link in session.links.all]
+    delay = connection.round_trip.summary(now_s, _DELAY_WINDOW_S)
+    if delay is None:
+        return [*rows, ("round trip", "       - no answer yet")]
+    lost = "" if delay.loss is None else f"   unanswered {delay.loss:.0%}"
+    return [*rows, ("round trip", f"{delay.median_s * 1e3:8.0f} ms    nine in ten from {delay.low_s * 1e3:.0f} to "
+                    f"{delay.high_s * 1e3:.0f} ms{lost}")]
+
+
+def _quality(statistics: LinkStatistics, now_s: float) -> str:
+    loss = statistics.loss(now_s)
+    age = "none yet" if statistics.last_s is None else f"last {now_s - statistics.last_s:.1f} s ago"
+    return f"{statistics.rate_hz(now_s):8.1f} /s    lost {'-' if loss is None else f'{loss:.1%}'}   {age}"
+
+
+def _messages(session: Session) -> list[str]:
+    """What the vehicle and the links have said, newest first."""
+    now_s = session.connection.clock()
+    said = [(text.time_s, f"{text.severity_name:<10}{text.text}") for text in session.state.texts]
+    said += [(time_s, f"{'here':<10}{text}") for time_s, text in session.notices]
+    return [f"  {now_s - time_s:6.0f} s ago   {text}" for time_s, text in sorted(said, reverse=True)]
+
+
+def _duration(seconds: float) -> str:
+    return f"{int(seconds // 3600)}:{int(seconds // 60) % 60:02}:{int(seconds) % 60:02}"
 
 
 def _silence_s(connection: Connection) -> float:

@@ -1,4 +1,4 @@
-"""Parameter files: reads those of MAVProxy, Mission Planner and QGroundControl, writes MAVProxy's.
+"""Parameter files of MAVProxy, Mission Planner and QGroundControl: reads all three as they come, writes each.
 
     MAVProxy         NAME value
     Mission Planner  NAME,value
@@ -6,11 +6,21 @@
 """
 
 import math
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from ground.errors import UsageError
+from protocol import dialect
 from protocol.parameter_table import NAME_LENGTH, float32
+
+STYLES: dict[str, Callable[[str, str, int], str]] = {
+    "mavproxy": lambda name, value, system: f"{name:<{NAME_LENGTH}} {value}",
+    "missionplanner": lambda name, value, system: f"{name},{value}",
+    "qgroundcontrol": lambda name, value, system: "\t".join(
+        (str(system), str(dialect.MAV_COMP_ID_AUTOPILOT1), name, value, str(dialect.MAV_PARAM_TYPE_REAL32))),
+}
+_TITLES = {"qgroundcontrol": ["# Vehicle-Id Component-Id Name Value Type"]}
 
 
 class ParameterFileError(UsageError):
@@ -24,11 +34,18 @@ class Entry(NamedTuple):
     line: int
 
 
-def read_parameter_file(path: str | Path) -> dict[str, Entry]:
-    """The parameters in a file, by name, in the file's order.
+class ParameterFile(NamedTuple):
+    """What a file holds: its parameters by name, in its order, and what is wrong with its other lines, a line each."""
+
+    entries: dict[str, Entry]
+    problems: list[str]
+
+
+def scan_parameter_file(path: str | Path) -> ParameterFile:
+    """Read a file as far as it can be read.
 
     Raises:
-        ParameterFileError: no such file, a line that is no parameter, a name twice, or no parameters at all.
+        ParameterFileError: no such file, not text, or nothing in it.
     """
     try:
         text = Path(path).read_text("utf-8-sig")
@@ -36,30 +53,46 @@ def read_parameter_file(path: str | Path) -> dict[str, Entry]:
         raise ParameterFileError(f"{path}: cannot read: {error.strerror}") from None
     except UnicodeDecodeError:
         raise ParameterFileError(f"{path}: not a text file: should hold lines of NAME value") from None
-    found: dict[str, Entry] = {}
+    entries: dict[str, Entry] = {}
+    problems: list[str] = []
     for number, line in enumerate(text.splitlines(), start=1):
         try:
-            parsed = _parse_line(line)
+            if (parsed := _parse_line(line)) is None:
+                continue
+            name, value = parsed
+            if name in entries:
+                raise ValueError(f"{name} is already given in line {entries[name].line}")
+            entries[name] = Entry(value, number)
         except ValueError as error:
-            raise ParameterFileError(f"{path}:{number}: {error}") from None
-        if parsed is None:
-            continue
-        name, value = parsed
-        if name in found:
-            raise ParameterFileError(f"{path}:{number}: {name} is already given in line {found[name].line}")
-        found[name] = Entry(value, number)
-    if not found:
+            problems.append(f"{path}:{number}: {error}")
+    if not entries and not problems:
         raise ParameterFileError(f"{path}: holds no parameters: should hold lines of NAME value")
-    return found
+    return ParameterFile(entries, problems)
 
 
-def write_parameter_file(path: str | Path, values: dict[str, float], heading: str) -> None:
-    """Write `values` as MAVProxy does, under a comment line `heading`; the whole file or nothing.
+def read_parameter_file(path: str | Path) -> dict[str, Entry]:
+    """The parameters in a file, by name, in the file's order.
+
+    Raises:
+        ParameterFileError: no such file, a line that is no parameter, a name twice, or no parameters at all.
+    """
+    entries, problems = scan_parameter_file(path)
+    if problems:
+        raise ParameterFileError(problems[0])
+    return entries
+
+
+def write_parameter_file(path: str | Path, values: dict[str, float], heading: Sequence[str],
+                         style: str = "mavproxy", system: int = 1) -> None:
+    """Write `values` in one of STYLES, under the comment lines `heading`; the whole file or nothing.
+
+    `system` is the vehicle's id, which QGroundControl wants to see.
 
     Raises:
         ParameterFileError: the file cannot be written.
     """
-    lines = [f"# {heading}", *(f"{name:<{NAME_LENGTH}} {format_value(value)}" for name, value in values.items())]
+    lines = [f"# {line}" for line in heading] + _TITLES.get(style, [])
+    lines += [STYLES[style](name, format_value(value), system) for name, value in values.items()]
     unfinished = Path(f"{path}.part")
     try:
         unfinished.write_text("\n".join(lines) + "\n", "utf-8")

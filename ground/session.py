@@ -1,14 +1,15 @@
 """A ground station at work: one connection, and everything that listens to it or speaks over it."""
 
+from collections import deque
 from collections.abc import Callable
 from types import TracebackType
 
 from ground.commands import Commander
-from ground.connection import Clock, Connection
+from ground.connection import Connection
 from ground.contract_check import ContractCheck
 from ground.errors import UsageError
+from ground.links import Links
 from ground.parameter_client import ParameterClient
-from ground.transport import Transport
 from ground.vehicle_state import VehicleState
 
 _ADVICE = {
@@ -16,42 +17,61 @@ _ADVICE = {
     "udpout": "is the vehicle running, and does it listen on this address and port?",
     "serial": "is the board powered, is this its port, and is the baud rate right?",
 }
+_CONTRACT_S = 8.0
 
 
 class Session:
-    """Owns the transport and closes it. `link` is how the user named it; `warn` takes one-line warnings."""
+    """Owns the links and closes them. Warnings of one line go to `on_notice` and are kept in `notices`."""
 
-    def __init__(self, transport: Transport, clock: Clock, link: str, warn: Callable[[str], None],
-                 vehicle_system: int | None = None) -> None:
-        self.link = link
-        self.connection = Connection(transport, clock, vehicle_system)
+    def __init__(self, links: Links, on_notice: Callable[[str], None], vehicle_system: int | None = None) -> None:
+        self.links = links
+        self.on_notice = on_notice
+        self.notices: deque[tuple[float, str]] = deque(maxlen=20)  # with the time on the connection's clock [s]
+        links.warn = self.notice
+        self.connection = Connection(links, vehicle_system)
         self.state = VehicleState()
         self.connection.add_observer(self.state.observe)
-        self.contract = ContractCheck(self.connection, warn)
+        self.contract = ContractCheck(self.connection, self.notice)
         self.parameters = ParameterClient(self.connection)
         self.commander = Commander(self.connection)
         self._vehicle_system = vehicle_system
+
+    def notice(self, text: str) -> None:
+        """Tell the user something in one line."""
+        self.notices.append((self.connection.clock(), text))
+        self.on_notice(text)
 
     def find_vehicle(self, timeout_s: float) -> None:
         """Wait for the vehicle's heartbeat. Raises UsageError, with what to check, when none comes."""
         if self.connection.wait_until(lambda: self.connection.vehicle is not None, timeout_s):
             return
-        nothing = f"no heartbeat within {timeout_s:g} s on {self.link}"
+        nothing = f"no heartbeat within {timeout_s:g} s on {self.links.name}"
         if others := sorted(self.connection.others):
             heard = ", ".join(map(str, others))
             raise UsageError(f"{nothing} from system {self._vehicle_system}: heard system {heard}; check --system")
-        if self.connection.bytes_received:
-            raise UsageError(f"{nothing}, though {self.connection.bytes_received} bytes came: "
+        if count := sum(link.bytes_received for link in self.links.all):
+            raise UsageError(f"{nothing}, though {count} bytes came: "
                              "is that MAVLink, from a vehicle, and at the right baud rate?")
-        raise UsageError(f"{nothing}: {_ADVICE.get(self.link.partition(':')[0], 'is the vehicle running?')}")
+        kinds = {link.name.partition(":")[0] for link in self.links.all}
+        advice = _ADVICE.get(kinds.pop(), "") if len(kinds) == 1 else ""
+        raise UsageError(f"{nothing}: {advice or 'is the vehicle running, and are these its links?'}")
 
     def check_contract(self) -> None:
-        """Give the vehicle a few seconds to say which contract it has: what follows depends on the table."""
-        self.contract.wait(4.0)
+        """Give the vehicle a few seconds to say which contract it has: what follows depends on the table.
+
+        By then the round trip is known too, so that nothing that follows is asked again too soon.
+        """
+        started_s = self.connection.clock()
+        known = self.contract.wait(_CONTRACT_S)
+        self.connection.wait_until(lambda: self.connection.round_trip.seconds is not None,
+                                   _CONTRACT_S - (self.connection.clock() - started_s))
+        if not known:
+            self.notice(f"warning: the vehicle did not say within {_CONTRACT_S:g} s which contract it was built with: "
+                        "names, limits and units are those of this ground station")
 
     def __enter__(self) -> "Session":
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
                  trace: TracebackType | None) -> None:
-        self.connection.close()
+        self.links.close()

@@ -27,6 +27,10 @@ class Transport(Protocol):
         """Wait up to `timeout_s` seconds for bytes; b"" on time-out. Raises LinkError when the link is broken."""
         ...
 
+    def fileno(self) -> int | None:
+        """What the operating system can wait for, or None where it cannot."""
+        ...
+
     def close(self) -> None:
         """Give the link free. May be called twice."""
         ...
@@ -57,6 +61,9 @@ class _Udp:
             raise LinkError(f"link {self._link}: cannot receive: {error.strerror or error}") from None
         self._heard(sender)
         return data
+
+    def fileno(self) -> int | None:
+        return self._socket.fileno()
 
     def close(self) -> None:
         self._socket.close()
@@ -129,6 +136,12 @@ class SerialTransport:
         except OSError as error:
             raise LinkError(f"link {self._link}: the port is gone ({error})") from None
 
+    def fileno(self) -> int | None:
+        try:
+            return self._port.fileno()
+        except (OSError, AttributeError):  # Windows cannot wait for a port and a socket together
+            return None
+
     def close(self) -> None:
         self._port.close()
 
@@ -139,6 +152,15 @@ def open_transport(link: str) -> Transport:
     Raises:
         LinkError: the text is none of these, or the port, host or device cannot be had.
     """
+    kind, place, number = parse_link(link)
+    if kind == "serial":
+        return SerialTransport(link, place, number)
+    family, address = _resolve(link, place.strip("[]"), number)
+    return (UdpInTransport if kind == "udpin" else UdpOutTransport)(link, family, address)
+
+
+def parse_link(link: str) -> tuple[str, str, int]:
+    """Kind, host or device, and port or baud rate that `link` names. Raises LinkError where it names none."""
     kind, _, rest = link.partition(":")
     place, _, number = rest.rpartition(":")
     if kind not in ("udpin", "udpout", "serial") or not place or not number:
@@ -146,10 +168,7 @@ def open_transport(link: str) -> Transport:
     what, greatest = ("baud rate", 10_000_000) if kind == "serial" else ("port", 65535)
     if not number.isascii() or not number.isdigit() or not 1 <= int(number) <= greatest:
         raise LinkError(f"link {link!r}: {number!r} is no {what}: should be a number from 1 to {greatest}")
-    if kind == "serial":
-        return SerialTransport(link, place, int(number))
-    family, address = _resolve(link, place.strip("[]"), int(number))
-    return (UdpInTransport if kind == "udpin" else UdpOutTransport)(link, family, address)
+    return kind, place, int(number)
 
 
 def _resolve(link: str, host: str, port: int) -> tuple[int, tuple]:

@@ -1,13 +1,20 @@
-"""Advice on the inner loop's gain P for a given delay, and where the present gain stands."""
+"""Advice on the inner loop's gain P for a given delay, alone and with the outer loop; where the present gains stand."""
 
-from typing import NamedTuple
+import math
+from typing import Any, NamedTuple
 
+from analysis.characteristic_roots import Gains, Loop
 from analysis.delay import loop_delay, optimal_gain, stability_limit
+from analysis.design_report import is_stable, paper_lines, whole_loop_dictionary, whole_loop_lines
+from analysis.whole_loop import Design, design
 from ground.errors import UsageError
+from ground.vehicle_state import VehicleState
 from protocol.parameter_table import float32
 
 GAIN_NAME = "INNER_P"
+OUTER_NAME = "OUTER_L"
 RATE_NAME = "LOOP_HZ"
+LEAST_SPEED_OVER_LENGTH = 1e-3  # slower than this a kite stands [1/s]
 
 
 class GainAdvice(NamedTuple):
@@ -21,6 +28,7 @@ class GainAdvice(NamedTuple):
     optimum: float
     sampled_limit: float
     sampled_optimum: float
+    whole: Design | None = None  # with the outer loop, where the kite's speed is known
 
     @property
     def proposal(self) -> float:
@@ -42,6 +50,29 @@ def advise(delay_s: float, loop_hz: float, present: float) -> GainAdvice:
         raise UsageError(str(error)) from None
 
 
+def with_outer_loop(advice: GainAdvice, speed_over_length: float, outer_l: float) -> GainAdvice:
+    """The same advice with the whole loop's numbers, at `speed_over_length` [1/s] and the outer gain `outer_l`.
+
+    Raises:
+        UsageError: so fast a kite cannot be flown with this delay.
+    """
+    try:
+        whole = design(Loop(advice.loop_delay_s, speed_over_length), Gains(advice.present, outer_l))
+    except ValueError as error:
+        raise UsageError(str(error)) from None
+    return advice._replace(whole=whole)
+
+
+def speed_over_length(state: VehicleState) -> float | None:
+    """The kite's speed across the sky over its distance [1/s], as it last told; None if it stands, or is silent."""
+    position = state.position
+    if position is None:
+        return None
+    distance = math.hypot(position.x, position.y, position.z)
+    speed = math.hypot(position.vx, position.vy, position.vz)
+    return speed / distance if distance and speed > LEAST_SPEED_OVER_LENGTH * distance else None
+
+
 def verdict(advice: GainAdvice, gain: float) -> str:
     """What the loop does with `gain`, in words."""
     if gain <= 0.0:
@@ -50,6 +81,8 @@ def verdict(advice: GainAdvice, gain: float) -> str:
         return "UNSTABLE: beyond the limit"
     if gain >= advice.sampled_limit:
         return "UNSTABLE: beyond the limit once sampling is counted"
+    if advice.whole and not is_stable(advice.whole):
+        return f"UNSTABLE: beyond the limit together with {OUTER_NAME}"
     if gain > advice.optimum * 1.001:
         return "stable, but swings about the target before it settles"
     if gain < advice.optimum * 0.999:
@@ -59,29 +92,28 @@ def verdict(advice: GainAdvice, gain: float) -> str:
 
 def describe(advice: GainAdvice) -> list[str]:
     """The advice as lines of a table."""
-    present, tick = advice.present, "at tau'"
-    return [
-        f"delay of links and actuator  tau  = {advice.delay_s:.4g} s",
-        f"with sampling at {f'{advice.loop_hz:g} Hz':<10}  tau' = tau + T/2 = {advice.loop_delay_s:.4g} s",
-        "",
-        f"{'gain P [1/s]':<36}{'at tau':>10}{tick:>10}",
-        f"{'stability limit  pi / (2 tau)':<36}{advice.limit:>10.4g}{advice.sampled_limit:>10.4g}",
-        f"{'optimum  1 / (e tau)':<36}{advice.optimum:>10.4g}{advice.sampled_optimum:>10.4g}",
-        f"{'present P, as share of the limit':<36}{present / advice.limit:>10.0%}"
-        f"{present / advice.sampled_limit:>10.0%}",
-        "",
-        f"present {GAIN_NAME} = {present:.4g}: {verdict(advice, present)}",
-    ]
+    lines = paper_lines(advice.delay_s, advice.loop_hz, advice.present)
+    if advice.whole:
+        lines += ["", *whole_loop_lines(advice.whole, advice.delay_s, advice.loop_hz)]
+    return [*lines, "", f"present {GAIN_NAME} = {advice.present:.4g}: {verdict(advice, advice.present)}"]
 
 
-def as_dictionary(advice: GainAdvice) -> dict[str, float | str | bool]:
-    """The advice for a script; keys carry the units that are not 1/s."""
-    return {**advice._asdict(), "proposal": advice.proposal, "verdict": verdict(advice, advice.present),
-            "stable": 0.0 < advice.present < advice.sampled_limit}
+def as_dictionary(advice: GainAdvice) -> dict[str, Any]:
+    """The advice for a script; keys carry the units that are not 1/s. `whole_loop` is null where it is not known."""
+    whole = advice.whole and whole_loop_dictionary(advice.whole, advice.delay_s, advice.loop_hz)
+    stable = 0.0 < advice.present < advice.sampled_limit and (advice.whole is None or is_stable(advice.whole))
+    paper = {name: value for name, value in advice._asdict().items() if name != "whole"}
+    return {**paper, "proposal": advice.proposal, "verdict": verdict(advice, advice.present), "stable": stable,
+            "whole_loop": whole}
 
 
 def check_proposal(advice: GainAdvice) -> None:
-    """Raises UsageError where the optimum for tau alone would be unstable in a loop as slow as this."""
+    """Raises UsageError where the optimum for tau alone would be unstable: in a loop as slow, or with L, as this."""
     if advice.proposal >= advice.sampled_limit:
         raise UsageError(f"not written: 1 / (e tau) = {advice.proposal:.4g} is unstable at {advice.loop_hz:g} Hz, "
                          f"where the limit is {advice.sampled_limit:.4g}: raise {RATE_NAME}, or set a lower gain")
+    whole = advice.whole
+    if whole and advice.proposal >= whole.limit:
+        raise UsageError(f"not written: 1 / (e tau) = {advice.proposal:.4g} is unstable with {OUTER_NAME} = "
+                         f"{whole.present.outer_l:.4g} at {whole.loop.speed_over_length:.3g} line lengths a second: "
+                         f"the limit is {whole.limit:.4g}; lower {OUTER_NAME} first ({whole.best.outer_l:.3g} is best)")

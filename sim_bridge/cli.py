@@ -12,6 +12,8 @@ from sim_bridge import commands
 from sim_bridge.boards.cli import add_board_verbs
 from sim_bridge.boards.image import BoardError
 from sim_bridge.design import add_design_verb
+from sim_bridge.identify import add_identify_verb
+from sim_bridge.reality.page import add_reality_verb
 from sim_bridge.run import RUNTIMES
 from sim_bridge.runtimes.interface import FirmwareError
 from sim_bridge.scenario import ScenarioError
@@ -72,7 +74,9 @@ def _parser() -> argparse.ArgumentParser:
                        help="simulated seconds (60; 600 for micropython)")
     bench.set_defaults(do=commands.bench)
     add_sweep_verb(verbs)
+    add_reality_verb(verbs)
     add_design_verb(verbs)
+    add_identify_verb(verbs)
     add_board_verbs(verbs)
     for verb in (listing, keys, rerun, paper, replay, bench):
         verb.add_argument("--json", action="store_true", help="print JSON for a script")

@@ -29,7 +29,9 @@ def free_port() -> int:
     ("", "COMMAND"),
     ("fly", "invalid choice: 'fly'"),
     ("mode loiter", "invalid choice: 'loiter'"),
-    ("tune", "--delay"),
+    ("tune --step 5x", "'5x' is no step: should be such as +10% or -5%"),
+    ("tune --step +150%", "should be from -90% to +100%, and not 0"),
+    ("tune --step -95%", "should be from -90% to +100%, and not 0"),
     ("tune --delay -0.2", "'-0.2' should be more than 0"),
     ("tune --delay soon", "'soon' is not a number"),
     ("--timeout 0 monitor", "'0' should be more than 0"),
@@ -106,7 +108,8 @@ def test_ctrl_c_ends_without_a_traceback(called):
 
 
 @pytest.mark.parametrize("command", ["", "monitor", "mode", "arm", "disarm", "tune", "record", "param", "param show",
-                                     "param get", "param set", "param save", "param load", "param diff"])
+                                     "param get", "param set", "param save", "param savechanged", "param load",
+                                     "param diff", "param revert", "param snapshot", "param watch", "completion"])
 def test_every_command_has_help_with_an_example(capsys, command):
     assert main([*command.split(), "--help"]) == 0
     text = capsys.readouterr().out

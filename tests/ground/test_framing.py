@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ground.framing import FrameReader
-from ground.link_statistics import LinkStatistics, RoundTrip
+from ground.link_statistics import LinkStatistics
+from ground.round_trip import RoundTrip
 from protocol import dialect
 
 

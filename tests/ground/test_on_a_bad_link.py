@@ -18,9 +18,7 @@ def session_with(kite) -> Session:
     def refuse(text: str) -> None:
         raise AssertionError(text)
 
-    session = Session(kite.transport, kite.clock, "simulated", refuse)
-    session.find_vehicle(30.0)
-    return session
+    return kite.session(refuse)
 
 
 @seeds
@@ -108,8 +106,8 @@ def test_a_dead_link_ends_in_a_clear_error_within_bounded_time(simulated_kite):
     }
     for name, attempt in attempts.items():
         kite = simulated_kite(loss=1.0)
-        session = Session(kite.transport, kite.clock, "simulated", print)
-        with pytest.raises(NoAnswerError, match=rf"^{name}\b.*: no answer in \d+ s.*: the link is down$"):
+        session = Session(kite.links(), print)
+        with pytest.raises(NoAnswerError, match=rf"^{name}\b.*: no answer in \d+ s.*: the link is down; look at .*try"):
             attempt(session)
         assert 9.0 < kite.clock() < 30.0
         assert kite.firmware_parameter("INNER_P") == load_parameters()["INNER_P"].default

@@ -1,6 +1,5 @@
 """What an operator does with kite-ground, from the arguments to the real firmware, on a good link in simulated time."""
 
-import argparse
 import json
 import subprocess
 import sys
@@ -12,44 +11,11 @@ import pytest
 from analysis.delay import optimal_gain, stability_limit
 from analysis.tlog import read_tlog
 from ground import monitor_view
-from ground.cli import build_parser
-from ground.cli_options import DEFAULTS
-from ground.errors import GroundError, UsageError, VehicleError
+from ground.errors import NoAnswerError, UsageError, VehicleError
 from ground.recorder import Recorder
-from ground.session import Session
-from ground.terminal import tell
+from protocol import dialect
 from protocol.parameter_table import float32, load_parameters
-
-
-class Operator:
-    """Runs command lines against one simulated kite; `said` is what the last one printed."""
-
-    def __init__(self, kite, capsys) -> None:
-        self.kite = kite
-        self._capsys = capsys
-        self.said = ""
-        self.remarked = ""
-
-    def connect(self) -> Session:
-        session = Session(self.kite.transport, self.kite.clock, "simulated", tell)
-        session.find_vehicle(10.0)
-        return session
-
-    def runs(self, *arguments: object) -> int:
-        args = build_parser().parse_args([str(word) for word in arguments], argparse.Namespace(**DEFAULTS))
-        try:
-            return args.run(args, self.connect)
-        finally:
-            self.said, self.remarked = self._capsys.readouterr()
-
-    def is_told(self, kind: type[GroundError], said: str, *arguments: object) -> None:
-        with pytest.raises(kind, match=said):
-            self.runs(*arguments)
-
-
-@pytest.fixture
-def operator(simulated_kite, capsys) -> Operator:
-    return Operator(simulated_kite(loss=0.0, round_trip_s=0.1), capsys)
+from sim_bridge.link_emulation import LinkSettings
 
 
 def test_look_change_save_and_go_back(operator, tmp_path):
@@ -67,11 +33,11 @@ def test_look_change_save_and_go_back(operator, tmp_path):
     assert {name: facts["value"] for name, facts in json.loads(operator.said).items()} == {
         "OUTER_L": 6.1, "EIGHT_AZIMUTH": -5.0}
     assert operator.runs("param", "diff", before) == 0
-    assert [line.split() for line in operator.said.splitlines()[1:]] == [
+    assert [line.split()[:3] for line in operator.said.splitlines()[1:]] == [
         ["OUTER_L", "6.1", "5"], ["EIGHT_AZIMUTH", "-5", "0"]]
     assert operator.kite.firmware_parameter("OUTER_L") == float32(6.1)
     assert operator.runs("param", "load", before, "--yes") == 0
-    assert operator.said.count("acknowledged") == 2
+    assert operator.said.count(", acknowledged by the vehicle\n") == 2
     assert operator.kite.firmware_parameter("OUTER_L") == 5.0
     assert operator.kite.firmware_parameter("EIGHT_AZIMUTH") == 0.0
     assert operator.runs("param", "load", before, "--yes") == 0
@@ -97,6 +63,45 @@ def test_a_load_sends_nothing_unasked_and_nothing_unknown(operator, tmp_path, mo
     assert "TABLE_VERSION is read only" in operator.remarked
     assert operator.kite.firmware_parameter("INNER_P") == 2.5
     assert operator.kite.firmware_parameter("TABLE_VERSION") == load_parameters()["TABLE_VERSION"].default
+
+
+def test_what_was_never_loaded_is_never_saved(operator, tmp_path):
+    """The link goes while the list comes: no file, and above all none with zeros in it."""
+    connect, kite = operator.connect, operator.kite
+
+    def connect_and_lose():
+        session = connect()
+        session.check_contract()
+        seen = []
+        session.connection.add_observer(lambda time_s, message, frame: (
+            seen.append(message) if message.get_type() == "PARAM_VALUE" else None,
+            kite.change_link(LinkSettings(loss=1.0), LinkSettings()) if len(seen) == 10 else None))
+        return session
+
+    operator.connect = connect_and_lose
+    path = tmp_path / "half.param"
+    operator.is_told(NoAnswerError, r"^[A-Z_]+ and \d+ more of \d+: no answer in \d+ s.*the link is down",
+                     "param", "save", path)
+    assert list(tmp_path.glob("half*")) == []
+
+
+def test_watch_tells_what_another_ground_station_sets(operator):
+    request = dialect.MAVLink_param_set_message(1, 1, b"OUTER_L", 6.5, dialect.MAV_PARAM_TYPE_REAL32)
+    frame = request.pack(dialect.MAVLink(None, 254, 190))
+    kite = operator.kite
+    step, sent = kite.step, []
+
+    def step_and_be_set():
+        if kite.clock() > 5.0 and not sent:
+            sent.append(kite.clock())
+            kite.radios[0].emulated.from_station(kite.clock(), frame)
+        step()
+
+    kite.step = step_and_be_set
+    assert operator.runs("param", "watch", "OUTER_L", "INNER_*", "--every", "2", "--duration", "10") == 0
+    lines = operator.said.splitlines()
+    assert [line.split()[0] for line in lines[:2]] == ["INNER_P", "OUTER_L"]
+    assert len(lines) == 3 and lines[2].endswith("OUTER_L: 5 -> 6.5")
 
 
 def test_tune_for_a_delay(operator):
@@ -130,9 +135,9 @@ def test_arm_fly_watch_and_disarm(operator):
         assert key in lines[-1]
     with operator.connect() as session:
         session.connection.wait_until(lambda: False, 2.0)
-        shown = "\n".join(monitor_view.table(session.state, session.connection, session.link))
+        shown = "\n".join(monitor_view.screen(session, [], 80, 24))
     for word in ("TRACK", "ARMED", "cross-track", "turning angle", "target", "airspeed", "overruns", "samples dropped",
-                 "messages/s", "round trip 1", "last message"):
+                 "lost 0.0%", "nine in ten from 1", "last 0.0 s ago", "all is well"):
         assert word in shown
     assert operator.runs("disarm") == 0
     assert operator.runs("mode") == 0
@@ -147,7 +152,7 @@ def test_a_recording_is_what_came_in(operator, tmp_path):
         with Recorder(session.connection, path, epoch_offset_s=1.7e9):
             session.connection.wait_until(lambda: False, 5.0)
     records = list(read_tlog(path))
-    assert [frame for _, frame in records] == heard and len(heard) > 100
+    assert [frame for _, frame in records[1:]] == heard and len(heard) > 100
     assert 4.8e6 < records[-1][0] - records[0][0] < 5.2e6
     with pytest.raises(UsageError, match="is there already"):
         Recorder(session.connection, path, 0.0)

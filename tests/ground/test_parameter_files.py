@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ground.parameter_file import ParameterFileError, format_value, read_parameter_file, write_parameter_file
+from ground.parameter_file import STYLES, ParameterFileError, format_value, read_parameter_file, write_parameter_file
 from protocol.parameter_table import float32, load_parameters
 
 numbers = st.floats(width=32, allow_nan=False, allow_infinity=False)
@@ -18,9 +18,10 @@ def path(tmp_path_factory):
     return tmp_path_factory.mktemp("parameters") / "kite.param"
 
 
+@pytest.mark.parametrize("style", STYLES)
 @given(values=st.dictionaries(names, numbers, min_size=1))
-def test_what_is_saved_is_loaded(path, values):
-    write_parameter_file(path, values, "as flown")
+def test_what_is_saved_is_loaded(path, style, values):
+    write_parameter_file(path, values, ["as flown"], style, 7)
     read = read_parameter_file(path)
     assert list(read) == list(values)
     assert {name: entry.value for name, entry in read.items()} == values
@@ -71,7 +72,7 @@ def test_a_broken_file_is_named_with_its_line(path, content, said):
 def test_a_file_that_cannot_be_written_leaves_nothing_behind(tmp_path):
     defaults = {name: parameter.default for name, parameter in load_parameters().items()}
     with pytest.raises(ParameterFileError, match="cannot write"):
-        write_parameter_file(tmp_path, defaults, "onto a folder")
+        write_parameter_file(tmp_path, defaults, ["onto a folder"])
     assert not Path(f"{tmp_path}.part").exists()
     with pytest.raises(ParameterFileError, match="cannot read: No such file"):
         read_parameter_file(tmp_path / "none.param")

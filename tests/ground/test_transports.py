@@ -2,11 +2,14 @@
 
 import os
 import socket
+import time
 from contextlib import closing
 
 import pytest
 
+from ground.links import open_links
 from ground.transport import LinkError, open_transport
+from protocol import dialect
 
 HOST = "127.0.0.1"
 LONG_S = 30.0  # never waited for where things work
@@ -102,3 +105,35 @@ def test_a_link_that_cannot_be_is_answered_in_one_line(link, said):
     with pytest.raises(LinkError) as caught:
         open_transport(link)
     assert said in str(caught.value) and link in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_several_links_are_waited_for_together(vehicle):
+    """Two sockets and a serial port: what comes over any of them ends the waiting, and says over which it came."""
+    board, port = os.openpty()
+    ports = [free_port(), free_port()]
+    names = [*(f"udpin:{HOST}:{number}" for number in ports), f"serial:{os.ttyname(port)}:57600"]
+    links = open_links(names, time.monotonic, print)
+    heartbeat = dialect.MAVLink_heartbeat_message(0, 0, 0, 0, 0, 3).pack(dialect.MAVLink(None, 1, 1))
+    for name, send in zip(names, (lambda: vehicle.sendto(heartbeat, (HOST, ports[0])),
+                                  lambda: vehicle.sendto(heartbeat, (HOST, ports[1])),
+                                  lambda: os.write(board, heartbeat)), strict=True):
+        send()
+        heard = []
+        while not heard:
+            heard = links.receive(LONG_S)
+        assert [entry.link.name for entry in heard] == [name]
+    links.close()
+    os.close(port)
+    os.close(board)
+
+
+def test_links_that_cannot_be_had_do_not_keep_others_from_being_used(vehicle):
+    told = []
+    taken = f"udpin:{HOST}:{vehicle.getsockname()[1]}"
+    links = open_links([taken, f"udpin:{HOST}:{free_port()}"], time.monotonic, told.append)
+    assert len(told) == 1 and "another program listens there" in told[0] and "tried again" in told[0]
+    links.close()
+    with pytest.raises(LinkError, match="another program listens there"):
+        open_links([taken], time.monotonic, told.append)
+    with pytest.raises(LinkError, match="is given twice"):
+        open_links([taken, taken], time.monotonic, told.append)

@@ -1,0 +1,30 @@
+"""Reads a flight for identification from whatever holds it: a run log, a tlog, a CSV file."""
+
+from pathlib import Path
+
+from analysis.column_description import PUBLIC_FLIGHT, SIMULATED_RUN, FlightDataError, load_description
+from analysis.flight_record import FlightRecord, record_from_table
+from analysis.flight_table import read_table
+from analysis.tlog_record import read_tlog_record
+
+_TRUTH = "truth.csv"
+
+
+def read_record(source: Path, columns: Path | None = None) -> FlightRecord:
+    """The flight in `source`: a run log's folder or its truth.csv, a .tlog, or a CSV file, gzipped or not.
+
+    `columns` describes the columns of a CSV file (default: those of the public flight).
+
+    Raises:
+        FlightDataError: it cannot be read as a flight.
+    """
+    if source.is_dir():
+        source /= _TRUTH
+        if not source.exists():
+            raise FlightDataError(f"{source.parent}: a folder without {_TRUTH} is no run log")
+    if source.suffix == ".tlog":
+        if columns:
+            raise FlightDataError(f"{source}: a tlog has no columns to describe")
+        return read_tlog_record(source)
+    description = load_description(columns or (SIMULATED_RUN if source.name == _TRUTH else PUBLIC_FLIGHT))
+    return record_from_table(read_table(source, description), description, str(source))

@@ -1,0 +1,200 @@
+"""A connected kite, for scripts and notebooks: what the commands of kite-ground do, as functions.
+
+    import ground
+
+    with ground.connect("udpin:127.0.0.1:14550") as kite:
+        kite.arm()
+        kite.set_mode("TRACK")
+        kite.wait_for(lambda state: abs(state.cross_track) < 0.1, timeout_s=60.0)
+        kite.parameters["INNER_P"] = 1.8
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import TracebackType
+
+from ground.background import Background
+from ground.errors import NoAnswerError, UsageError
+from ground.links import Links, open_links
+from ground.parameter_access import Parameters
+from ground.round_trip import DelaySummary
+from ground.session import Session
+from ground.state_history import StateHistory
+from ground.tuning import (
+    GAIN_NAME,
+    OUTER_NAME,
+    RATE_NAME,
+    GainAdvice,
+    advise,
+    speed_over_length,
+    with_outer_loop,
+)
+from ground.tuning_flight import DELAY_MEASURE_S, DelayReport, StepResult, TuningFlight
+from ground.vehicle_state import MODE_NAMES, VehicleState
+from protocol import dialect
+
+KiteState = dialect.MAVLink_kite_state_message
+DEFAULT_LINK = "udpin:127.0.0.1:14550"
+_DELAY_WINDOW_S = 60.0
+
+
+@dataclass(frozen=True)
+class LinkReport:
+    """How the links do: messages a second, the share of them lost of late, the round trip, the last one's age [s]."""
+
+    rate_hz: float
+    loss: float | None
+    round_trip: DelaySummary | None
+    age_s: float
+
+
+class Kite:
+    """One vehicle, over one or several links. Made by `connect`; closes the links at the end of its `with` block.
+
+    `parameters` reads and writes them, `state` is what the vehicle last said, `history` all KITE_STATE messages.
+    """
+
+    def __init__(self, session: Session, background: bool) -> None:
+        self.session = session
+        self.state: VehicleState = session.state
+        self.history = StateHistory()
+        session.connection.add_observer(self.history.observe)
+        self._serving = Background(session.connection)
+        self.parameters = Parameters(session, self._serving)
+        self._tuning = TuningFlight(session, self.history)
+        if background:
+            self._serving.start()
+
+    @property
+    def mode(self) -> str:
+        """STANDBY, MANUAL, PARK or TRACK, as the last heartbeat said."""
+        return self.state.mode_name
+
+    @property
+    def armed(self) -> bool:
+        """Whether it is armed, as the last heartbeat said."""
+        return bool(self.state.armed)
+
+    def arm(self) -> None:
+        """Arm, and return when the vehicle's heartbeat shows it. Raises VehicleError with the vehicle's reason."""
+        with self._serving.held():
+            self.session.commander.arm()
+
+    def disarm(self) -> None:
+        """Disarm, likewise."""
+        with self._serving.held():
+            self.session.commander.disarm()
+
+    def set_mode(self, mode: str) -> None:
+        """Change to `mode`, by its name, likewise. Raises UsageError where there is no such mode."""
+        number = next((value for value, name in MODE_NAMES.items() if name == mode.upper()), None)
+        if number is None:
+            raise UsageError(f"no mode is called {mode!r}: should be one of {', '.join(MODE_NAMES.values())}")
+        with self._serving.held():
+            self.session.commander.set_mode(number)
+
+    def wait(self, seconds: float) -> None:
+        """Let the kite fly on for `seconds` [s]; everything that it says goes into `state` and `history`."""
+        with self._serving.held():
+            self.session.connection.wait_until(lambda: False, seconds)
+
+    def wait_for(self, condition: Callable[[KiteState], bool], timeout_s: float,
+                 what: str = "the condition") -> KiteState:
+        """The first KITE_STATE from now on that `condition` accepts.
+
+        Raises:
+            NoAnswerError: none did within `timeout_s` [s]; says how many came, and what was waited for (`what`).
+        """
+        seen = 0
+
+        def accepts(message: dialect.MAVLink_message) -> bool:
+            nonlocal seen
+            if not isinstance(message, KiteState):
+                return False
+            seen += 1
+            return condition(message)
+
+        with self._serving.held():
+            started_s = self.session.connection.clock()
+            found = self.session.connection.wait_for(accepts, timeout_s)
+            if isinstance(found, KiteState):
+                return found
+            if seen:
+                raise NoAnswerError(f"{what}: not in {timeout_s:g} s, in none of {seen} states of the kite")
+            raise NoAnswerError(f"{what}: no KITE_STATE came: {self.session.connection.why_silent(started_s)}; "
+                                "or is STATE_HZ 0?")
+
+    def measure_delay(self, seconds: float = DELAY_MEASURE_S) -> DelayReport:
+        """Fly on for so long, and tell the delay in the control loop and the ground link's. Raises NoAnswerError."""
+        with self._serving.held():
+            return self._tuning.measure_delay(seconds)
+
+    def advise(self, delay_s: float) -> GainAdvice:
+        """The gains' limits and optima for dead time `delay_s` [s] in the loop, and where the present ones stand.
+
+        With the outer loop where the kite flies. Raises UsageError where it cannot be flown with this delay.
+        """
+        advice = advise(delay_s, self.parameters.get(RATE_NAME), self.parameters.get(GAIN_NAME))
+        speed = speed_over_length(self.state)
+        return with_outer_loop(advice, speed, self.parameters.get(OUTER_NAME)) if speed else advice
+
+    def step_gain(self, factor: float, delay_s: float, name: str = GAIN_NAME,
+                  measure_s: float | None = None) -> StepResult:
+        """Multiply a gain by `factor` in TRACK, and compare the flight before and after; see TuningFlight.step."""
+        with self._serving.held():
+            new = self.parameters.get(name) * factor
+            return self._tuning.step(name, new, delay_s, measure_s)
+
+    def link(self) -> LinkReport:
+        """How the links do at present; the round trip (TIMESYNC) over the last minute."""
+        connection = self.session.connection
+        now_s = connection.clock()
+        statistics = connection.statistics
+        return LinkReport(statistics.rate_hz(now_s), statistics.loss(now_s),
+                          connection.round_trip.summary(now_s, _DELAY_WINDOW_S), now_s - (statistics.last_s or now_s))
+
+    def close(self) -> None:
+        """Close the links. May be called twice."""
+        self._serving.stop()
+        self.session.links.close()
+
+    def __enter__(self) -> "Kite":
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        self.close()
+
+
+def connect(*links: str, system: int | None = None, timeout_s: float = 10.0,
+            warn: Callable[[str], None] = print) -> Kite:
+    """Connect to the vehicle over `links` (default: udpin:127.0.0.1:14550), and take a snapshot of its parameters.
+
+    Each link is udpin:HOST:PORT, udpout:HOST:PORT or serial:DEVICE:BAUD. A thread keeps the connection alive between
+    calls, so that the kite hears a heartbeat and `history` has no gaps. `warn` takes warnings of one line.
+
+    Raises:
+        UsageError: a link cannot be opened, or no vehicle (of id `system`) is heard within `timeout_s` [s].
+        NoAnswerError: it is heard, but its parameters do not come.
+    """
+    return connect_over(open_links(list(links) or [DEFAULT_LINK], time.monotonic, warn), system, timeout_s, warn)
+
+
+def connect_over(links: Links, system: int | None = None, timeout_s: float = 10.0, warn: Callable[[str], None] = print,
+                 background: bool = True) -> Kite:
+    """The same over links that are open already, on their clock. Without `background`, time passes in calls only."""
+    session = Session(links, warn, system)
+    try:
+        session.find_vehicle(timeout_s)
+        session.check_contract()
+        kite = Kite(session, background)
+        try:
+            kite.parameters.take_snapshot()
+        except BaseException:
+            kite.close()
+            raise
+    except BaseException:
+        links.close()
+        raise
+    return kite

@@ -1,0 +1,112 @@
+"""The delay in the control loop, from what a flying kite tells of itself.
+
+The turning-rate law makes the turning angle follow the steering: over a tick, the turning angle changes by K times the
+integral of airspeed and steering, taken as long ago as the loop's dead time tau. (A steering command is held for a
+period, which is in the integral: T/2 is not in tau.) The tau for which that fits best, in the least squares sense, is
+the whole of it: steering link, actuator, kite, sensors, sample link, estimator. What the sample's own time tells is a
+part of it.
+"""
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    import numpy as np
+
+GREATEST_S = 1.5
+_STEP_S = 0.01
+_LONGEST_GAP_S = 0.25  # between states: more is lost, not slow
+_LEAST_STATES = 100
+_LEAST_FIT = 0.5
+_PLAUSIBLE_AGE_S = 2.0
+
+
+class LoopDelay(NamedTuple):
+    """All times in s, None where they cannot be told.
+
+    `whole_s` is tau; `fit` is the share of the turning that it explains, 0 to 1. `sample_age_s` is the median age of
+    the sample at the tick, with `sample_age_low_s` and `sample_age_high_s` at 5 % and 95 %. `states` were looked at.
+    """
+
+    whole_s: float | None
+    fit: float
+    sample_age_s: float | None
+    sample_age_low_s: float
+    sample_age_high_s: float
+    states: int
+
+    @property
+    def rest_s(self) -> float | None:
+        """What is not the sample's age: steering link, actuator, kite and estimator [s]."""
+        if self.whole_s is None or self.sample_age_s is None:
+            return None
+        return self.whole_s - self.sample_age_s
+
+
+def measure_loop_delay(states: "dict[str, np.ndarray]") -> LoopDelay:
+    """The delay in the loop from columns of a StateHistory, each (n,), of one stretch of flight in PARK or TRACK."""
+    import numpy as np  # noqa: PLC0415
+
+    count = len(states["time_s"])
+    age = states["sample_age_s"]
+    age_s, low_s, high_s = (float(np.quantile(age, q)) for q in (0.5, 0.05, 0.95)) if count else (-1.0, 0.0, 0.0)
+    known = 0.0 <= age_s <= _PLAUSIBLE_AGE_S
+    whole_s, fit = _fit(states) if count >= _LEAST_STATES else (None, 0.0)
+    return LoopDelay(whole_s, fit, age_s if known else None, low_s, high_s, count)
+
+
+def _fit(states: "dict[str, np.ndarray]") -> tuple[float | None, float]:
+    """The dead time [s] with which the steering explains the turning best, or None; and the share that it explains."""
+    import numpy as np  # noqa: PLC0415
+
+    time_s = states["time_s"]
+    step_s = np.diff(time_s)
+    swung = np.sin(states["elevation"][:-1]) * _wrapped(np.diff(states["azimuth"]))  # the frame turns along the way
+    turned = _wrapped(np.diff(states["course"])) + swung
+    pull = states["airspeed"] * states["steering_asked"]
+    between = 0.5 * np.diff(pull) * (step_s - np.min(step_s, initial=GREATEST_S))  # where states are lost on the way
+    integral = np.concatenate(([0.0], np.cumsum(pull[:-1] * step_s + between)))
+    good = (step_s > 0.0) & (step_s < _LONGEST_GAP_S) & (time_s[:-1] > time_s[0] + GREATEST_S)
+    weight = np.sin(states["heading"]) * np.cos(states["elevation"]) / np.maximum(states["airspeed"], 1.0)
+    known = np.stack([step_s, weight[:-1] * step_s], axis=1)[good]
+    if np.count_nonzero(good) < _LEAST_STATES:
+        return None, 0.0
+    turned = turned[good]
+    rest_of_turned, _ = _residual(known, turned)
+    total = float(rest_of_turned @ rest_of_turned)
+
+    def unexplained(delay_s: float) -> float:
+        earlier = np.interp(time_s - delay_s, time_s, integral)
+        left, gain = _residual(np.column_stack([np.diff(earlier)[good], known]), turned)
+        return float(left @ left) if gain > 0.0 else total
+
+    delays = np.arange(0.0, GREATEST_S, _STEP_S)
+    left = np.array([unexplained(delay_s) for delay_s in delays])
+    best = int(np.argmin(left))
+    fit = 1.0 - float(left[best]) / total if total > 0.0 else 0.0
+    if fit < _LEAST_FIT or best == len(delays) - 1:
+        return None, fit
+    return _between(delays, left, best), fit
+
+
+def _residual(columns: Any, target: Any) -> tuple[Any, float]:
+    """What of `target` (n,) the `columns` (n, m) leave unexplained, and the factor of the first one."""
+    import numpy as np  # noqa: PLC0415
+
+    factors = np.linalg.lstsq(columns, target, rcond=None)[0]
+    return target - columns @ factors, float(factors[0])
+
+
+def _between(delays: Any, left: Any, best: int) -> float:
+    """The minimum [s] of a parabola through the best point and its neighbours."""
+    if best == 0:
+        return 0.0
+    before, at, after = (float(left[index]) for index in (best - 1, best, best + 1))
+    bend = before - 2.0 * at + after
+    shift = 0.5 * (before - after) / bend if bend > 0.0 else 0.0
+    return float(delays[best]) + _STEP_S * shift
+
+
+def _wrapped(angle: Any) -> Any:
+    import numpy as np  # noqa: PLC0415
+
+    return (angle + np.pi) % (2.0 * np.pi) - np.pi

@@ -1,0 +1,62 @@
+"""Sequence numbers of a replay: what was lost in the recording stays missing, and nothing else is."""
+
+from protocol import dialect
+
+_SIGNED = 0x01
+
+
+class Numbering:
+    """Numbers the frames of one sender: recorded ones keep their gaps, others move what follows."""
+
+    def __init__(self) -> None:
+        self._shift = 0
+        self._next: int | None = None
+        self._fresh = True
+
+    def recorded(self, frame: bytes) -> bytes:
+        """A frame of the recording, as it is to be sent."""
+        sequence = frame[_place(frame)]
+        if self._fresh and self._next is not None:
+            self._shift = self._next - sequence
+        self._fresh = False
+        number = (sequence + self._shift) % 256
+        if self._next is None or (number - self._next) % 256 < 128:  # not one that was overtaken
+            self._next = (number + 1) % 256
+        return renumbered(frame, number)
+
+    def added(self, frame: bytes) -> bytes:
+        """A frame that was not sent at this point of the recording."""
+        number = self._next or 0
+        self._next = (number + 1) % 256
+        self._shift += 1
+        return renumbered(frame, number)
+
+    def left_out(self) -> None:
+        """A recorded frame is not sent: that shall not look like a loss."""
+        self._shift -= 1
+
+    def start_over(self) -> None:
+        """The next recorded frame follows on the last one sent, whatever its own number."""
+        self._fresh = True
+
+
+def renumbered(frame: bytes, sequence: int) -> bytes:
+    """The same frame with another sequence number; a signed one stays as it is, for nobody could sign it anew.
+
+    The checksum is linear: what the new number changes in it is the same whatever the message's CRC extra, so that
+    frames of unknown kinds can be changed too.
+    """
+    version_2 = frame[0] == dialect.PROTOCOL_MARKER_V2
+    if version_2 and frame[2] & _SIGNED:
+        return frame
+    end = len(frame) - 2
+    changed = bytearray(frame)
+    changed[_place(frame)] = sequence
+    old, new = (dialect.x25crc(bytes(text[1:end]) + b"\0").crc for text in (frame, changed))
+    checksum = int.from_bytes(frame[end:], "little") ^ old ^ new
+    return bytes(changed[:end]) + checksum.to_bytes(2, "little")
+
+
+def _place(frame: bytes) -> int:
+    """Where the sequence number stands."""
+    return 4 if frame[0] == dialect.PROTOCOL_MARKER_V2 else 2

@@ -1,0 +1,100 @@
+"""How long an answer takes: what a time-out follows, and the delay with its spread and loss that a person looks at."""
+
+from collections import deque
+from typing import NamedTuple
+
+_KEPT_S = 300.0
+_NEVER_S = 30.0  # an answer that has not come by then does not come
+
+
+class DelaySummary(NamedTuple):
+    """Round trips over a stretch of time [s]: median, where 5 % and 95 % of them lie, how many, and the share lost.
+
+    `loss` is 0 to 1, counted over both directions, or None where it is too early to tell.
+    """
+
+    median_s: float
+    low_s: float
+    high_s: float
+    answers: int
+    loss: float | None
+
+    @property
+    def spread_s(self) -> float:
+        """Width of the band that holds nine in ten of them [s]."""
+        return self.high_s - self.low_s
+
+
+class RoundTrip:
+    """Times questions and their answers. `seconds` is smoothed as TCP does (RFC 6298), None until the first answer.
+
+    Asking again too soon costs a frame, asking too late costs the user time: the first guess of the variation is
+    smaller than TCP's.
+    """
+
+    UNKNOWN_S = 1.0  # a first guess for the time-out
+    LEAST_S, GREATEST_S = 0.2, 6.0
+
+    def __init__(self) -> None:
+        self.seconds: float | None = None
+        self._variation_s = 0.0
+        self._asked: deque[list[float | None]] = deque()  # when, and how long the answer took
+
+    def ask(self, now_s: float) -> list[float | None]:
+        """Note that a question leaves at `now_s`; hand what this returns to `answer`."""
+        while self._asked and (self._asked[0][0] or 0.0) < now_s - _KEPT_S:
+            self._asked.popleft()
+        question: list[float | None] = [now_s, None]
+        self._asked.append(question)
+        return question
+
+    def answer(self, question: list[float | None], now_s: float) -> None:
+        """Its answer came at `now_s`; a second copy of one changes nothing."""
+        sent_s, taken_s = question
+        if sent_s is not None and taken_s is None and now_s - sent_s < _NEVER_S:
+            question[1] = now_s - sent_s
+            self.add(now_s - sent_s)
+
+    def add(self, seconds: float) -> None:
+        """Take in one measured answer time [s]."""
+        if self.seconds is None:
+            self.seconds, self._variation_s = seconds, seconds / 8.0
+            return
+        self._variation_s += (abs(seconds - self.seconds) - self._variation_s) / 4.0
+        self.seconds += (seconds - self.seconds) / 8.0
+
+    @property
+    def timeout_s(self) -> float:
+        """How long to wait for an answer before asking again [s]."""
+        if self.seconds is None:
+            return self.UNKNOWN_S
+        margin_s = max(4.0 * self._variation_s, 0.2 * self.seconds, 0.1)
+        return min(max(self.seconds + margin_s, self.LEAST_S), self.GREATEST_S)
+
+    def summary(self, now_s: float, window_s: float) -> DelaySummary | None:
+        """What the questions of the last `window_s` [s] tell; None while none of them is answered."""
+        recent = [(sent_s, taken_s) for sent_s, taken_s in self._asked
+                  if sent_s is not None and sent_s >= now_s - window_s]
+        taken = sorted(taken_s for _, taken_s in recent if taken_s is not None)
+        if not taken:
+            return None
+        due = [taken_s for sent_s, taken_s in recent if taken_s is not None or now_s - sent_s > self.timeout_s]
+        loss = due.count(None) / len(due) if len(due) > 1 else None
+        return DelaySummary(_quantile(taken, 0.5), _quantile(taken, 0.05), _quantile(taken, 0.95), len(taken), loss)
+
+    def unanswered_since(self, now_s: float) -> float:
+        """For how long [s] questions have gone out that should have been answered by now, and were not."""
+        oldest_s = now_s
+        for sent_s, taken_s in reversed(self._asked):
+            if taken_s is not None:
+                break
+            oldest_s = now_s if sent_s is None else sent_s
+        return max(now_s - oldest_s - self.timeout_s, 0.0)
+
+
+def _quantile(ordered: list[float], share: float) -> float:
+    """The value below which `share` of `ordered` (which is not empty) lies, with a straight line between values."""
+    at = share * (len(ordered) - 1)
+    low = int(at)
+    high = min(low + 1, len(ordered) - 1)
+    return ordered[low] + (at - low) * (ordered[high] - ordered[low])
