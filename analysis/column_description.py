@@ -3,6 +3,7 @@
     title = "..."                     # said above the results
     attribution = "..."               # shown wherever the data or a result from it is shown
     smoothing_s = 1.1                 # width of the smoothing of the heading rate; 0 for data without noise
+    smooth_both = true                # smooth the law's other side too, so that sharp turns are not flattened
 
     [columns]                         # one entry a quantity, see QUANTITIES
     airspeed = { column = "va", unit = "km/h", sign = 1, optional = false, max_gap_s = 2.5 }
@@ -63,6 +64,7 @@ class ColumnDescription(NamedTuple):
     title: str
     attribution: str
     smoothing_s: float
+    smooth_both: bool
     columns: dict[str, Column]
     phase_column: str
     phase_values: tuple[Any, ...]
@@ -80,8 +82,8 @@ def load_description(path: Path) -> ColumnDescription:
         raise FlightDataError(f"{path}: {error.strerror}") from error
     except ValueError as error:
         raise FlightDataError(f"{path}: not TOML: {error}") from error
-    _check_keys(content, {"title": str, "attribution": str, "smoothing_s": (int, float), "columns": dict,
-                          "phase": dict}, str(path))
+    _check_keys(content, {"title": str, "attribution": str, "smoothing_s": (int, float), "smooth_both": bool,
+                          "columns": dict, "phase": dict}, str(path))
     columns = {quantity: _column(quantity, entry, f"{path}, columns.{quantity}")
                for quantity, entry in content.get("columns", {}).items()}
     for needed in ("time", "elevation", "airspeed"):
@@ -100,8 +102,9 @@ def load_description(path: Path) -> ColumnDescription:
             raise FlightDataError(f"{path}, phase: needs column = \"...\" and values = [...]")
         if not all(type(value) in (str, int, float) for value in phase["values"]):
             raise FlightDataError(f"{path}, phase: values must be numbers or texts")
-    return ColumnDescription(content.get("title", path.stem), content.get("attribution", ""), smoothing_s, columns,
-                             phase.get("column", ""), tuple(phase.get("values", ())))
+    return ColumnDescription(content.get("title", path.stem), content.get("attribution", ""), smoothing_s,
+                             content.get("smooth_both", True), columns, phase.get("column", ""),
+                             tuple(phase.get("values", ())))
 
 
 def _column(quantity: str, entry: Any, where: str) -> Column:

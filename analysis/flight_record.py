@@ -27,13 +27,15 @@ class FlightRecord(NamedTuple):
     """A flight every `period_s`: each array (n,), SI units, radians, our signs, angles unwrapped, NaN where missing.
 
     `set_steering` is the command in force from its row to the next. `command_slack_s`: it may have come this much
-    later than recorded. `smoothing_s`: width of the smoothing that the heading rate needs.
+    later than recorded. `smoothing_s`: width of the smoothing that the heading rate needs; `smooth_both`: of the law's
+    other side too.
     """
 
     title: str
     attribution: str
     period_s: float
     smoothing_s: float
+    smooth_both: bool
     command_slack_s: float
     time_s: Array
     azimuth: Array
@@ -86,13 +88,14 @@ def record_from_table(table: FlightTable, description: ColumnDescription, where:
             slack_s = float(np.median(np.diff(time_s)))
             time_s = np.concatenate([time_s[:1] - slack_s, time_s[:-1]])
         series[quantity] = Series(time_s, values, column.max_gap_s)
-    record = make_record(series, table.time_s, description.title, description.attribution, description.smoothing_s)
+    record = make_record(series, table.time_s, description.title, description.attribution, description.smoothing_s,
+                         description.smooth_both)
     row = np.clip(np.searchsorted(table.time_s, record.time_s + 0.01 * record.period_s, "right") - 1, 0, None)
     return record._replace(selected=table.selected[row], command_slack_s=slack_s)
 
 
-def make_record(series: dict[str, Series], rows_s: Array, title: str, attribution: str, smoothing_s: float
-                ) -> FlightRecord:
+def make_record(series: dict[str, Series], rows_s: Array, title: str, attribution: str, smoothing_s: float,
+                smooth_both: bool) -> FlightRecord:
     """A record of the quantities in `series` on the uniform grid that fits the times `rows_s` (n,) [s], growing.
 
     Raises:
@@ -112,7 +115,7 @@ def make_record(series: dict[str, Series], rows_s: Array, title: str, attributio
             columns[quantity] = sampled(series[quantity], time_s, quantity in _ANGLES)
         elif quantity in FlightRecord._fields:
             columns[quantity] = np.full(len(time_s), np.nan)
-    return FlightRecord(title, attribution, period_s, smoothing_s, 0.0, time_s,
+    return FlightRecord(title, attribution, period_s, smoothing_s, smooth_both, 0.0, time_s,
                         selected=np.ones(len(time_s), dtype=bool), **columns)
 
 

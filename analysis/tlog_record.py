@@ -37,6 +37,7 @@ def read_tlog_record(path: Path) -> FlightRecord:
     states, sensors = _messages(path)
     from_states = len(states) >= len(sensors)
     series, rows_s = _samples(states if from_states else sensors, from_states)
+    later = np.empty(0, dtype=bool)
     if states:
         asked_s = _seconds(states, _command_clock(states))
         later = _newer(asked_s)
@@ -45,7 +46,7 @@ def read_tlog_record(path: Path) -> FlightRecord:
         series["set_steering"] = Series(rows_s, asked[later], QUANTITIES["set_steering"][1])
     if len(rows_s) < 2:
         raise FlightDataError(f"{path}: no two KITE_STATE or KITE_SENSORS of different times in this tlog")
-    record = make_record(series, rows_s, path.name, "", _SMOOTHING_S)
+    record = make_record(series, rows_s, path.name, "", _SMOOTHING_S, smooth_both=True)
     if states:
         flying = np.array([message.mode != dialect.KITE_MODE_STANDBY for _, message in states])[later]
         row = np.clip(np.searchsorted(rows_s, record.time_s + 0.01 * record.period_s, "right") - 1, 0, None)

@@ -48,11 +48,11 @@ class LawFit(NamedTuple):
 
 
 def identify_law(record: FlightRecord, angle: str | None = None, transport: bool | None = None,
-                 smooth_both: bool = False) -> LawFit:
+                 smooth_both: bool | None = None) -> LawFit:
     """Fit K, gravity, offset and lag to the selected rows of `record`.
 
     `angle` is "heading" or "course" (default: heading if there is one); `transport` None means where there is an
-    azimuth; `smooth_both`: see `turning_rates`.
+    azimuth; `smooth_both` (see `turning_rates`) None means as the record has it.
 
     Raises:
         FlightDataError: something is missing, or this flight cannot tell.
@@ -61,7 +61,7 @@ def identify_law(record: FlightRecord, angle: str | None = None, transport: bool
 
 
 def identify_together(records: list[FlightRecord], angle: str | None = None, transport: bool | None = None,
-                      smooth_both: bool = False) -> LawFit:
+                      smooth_both: bool | None = None) -> LawFit:
     """Fit one law to several flights of the same kite; see `identify_law`."""
     angle, transport = choose(records[0], angle, transport)
     steering = "actual" if records[0].has("steering") else "set"
@@ -103,7 +103,7 @@ def fitted_rate(data: LawRows, fit: LawFit) -> Array:
 def rows_for(record: FlightRecord, fit: LawFit) -> LawRows:
     """The rows of `record` in which the law `fit` can be tried."""
     lag_s = fit.lag_s or 0.0
-    return law_rows(record, fit.angle, fit.transport, lags_s=(min(lag_s, 0.0), max(lag_s, 0.0)))
+    return law_rows(record, fit.angle, fit.transport, None, (min(lag_s, 0.0), max(lag_s, 0.0)))
 
 
 def score(record: FlightRecord, fit: LawFit) -> float:

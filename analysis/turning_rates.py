@@ -54,13 +54,14 @@ def choose(record: FlightRecord, angle: str | None, transport: bool | None) -> t
     return angle, record.has("azimuth") if transport is None else transport
 
 
-def law_rows(record: FlightRecord, angle: str, transport: bool, smooth_both: bool = False,
+def law_rows(record: FlightRecord, angle: str, transport: bool, smooth_both: bool | None = None,
              lags_s: tuple[float, float] = (0.0, 0.0)) -> LawRows:
     """All rows in unbroken stretches of what is selected where the steering is known at all of `lags_s` (from, to)."""
     half = max(1, round(0.5 * (record.smoothing_s / record.period_s - 1.0)))
     offsets = np.arange(-half, half + 1)
     slope = offsets / np.sum(offsets**2) / record.period_s
-    kernel = _weights_of_rate(slope) * record.period_s if smooth_both else np.ones(1)
+    both = record.smooth_both if smooth_both is None else smooth_both
+    kernel = _weights_of_rate(slope) * record.period_s if both else np.ones(1)
     psi = getattr(record, angle)
     steering = record.steering if record.has("steering") else record.set_steering
     needed = [psi, record.elevation, record.airspeed] + ([record.azimuth] if transport else [])

@@ -15,6 +15,7 @@ FLIGHT = Path(__file__).parent.parent / "data" / "flight" / "20191008_0030.csv.g
 OURS = """
 title = "theirs"
 smoothing_s = 1.1
+smooth_both = false
 [columns]
 time = { column = "t", unit = "ms" }
 elevation = { column = "el", unit = "deg" }

@@ -24,7 +24,7 @@ def record(time_s, **columns) -> FlightRecord:
     """A record every 0.1 s of the given columns, the rest missing."""
     missing = {name: np.full(len(time_s), np.nan) for name in (
         "azimuth", "elevation", "course", "heading", "airspeed", "distance", "steering", "set_steering")}
-    return FlightRecord("made up", "", PERIOD_S, 1.1, 0.0, time_s, selected=np.ones(len(time_s), dtype=bool),
+    return FlightRecord("made up", "", PERIOD_S, 1.1, False, 0.0, time_s, selected=np.ones(len(time_s), dtype=bool),
                         **(missing | columns))
 
 
