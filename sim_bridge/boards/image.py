@@ -28,9 +28,14 @@ def firmware_files() -> list[Path]:
     return sorted(Path(str(firmware_py.__file__)).parent.glob("*.py"))
 
 
+def data_files() -> list[Path]:
+    """What else the firmware reads: the files that it serves to ground stations, by name."""
+    return sorted(Path(str(firmware_py.__file__)).parent.glob("*.json"))
+
+
 def package_listing() -> dict[str, Any]:
     """What `mpremote mip install` reads: every firmware file, [on the board, in the repository]."""
-    names = [f"{PACKAGE}/{path.name}" for path in firmware_files()]
+    names = [f"{PACKAGE}/{path.name}" for path in (*firmware_files(), *data_files())]
     return {"urls": [[name, name] for name in names], "version": "0.1.0"}
 
 
@@ -110,6 +115,8 @@ def lay_out(folder: Path, entries: Mapping[str, Any], architecture: str | None, 
         (folder / "main.py").write_text(MAIN, "utf-8")
         if not (folder / "board.py").exists():
             (folder / "board.py").write_text(settings, "utf-8")
+        for path in data_files():
+            (package / path.name).write_bytes(path.read_bytes())
         for path in firmware_files():
             if architecture is None:
                 (package / path.name).write_bytes(path.read_bytes())

@@ -114,7 +114,6 @@ class OnePointKite(TetheredKite):
                                     self.steering, self.density)
         return float(lift), float(drag)
 
-
     def _greatest_damping(self) -> float:
         """How fast the air damps the kite or the tether at most, over density and airspeed [m^2/kg]."""
         angles = np.radians(np.arange(-180.0, 181.0))

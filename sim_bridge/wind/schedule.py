@@ -8,7 +8,8 @@ from sim_bridge.scenario import Scenario
 class Schedule:
     """Step, lull and turn as functions of time.
 
-    A step is sharp, as for a step response. Lull and turn begin and end smoothly, along half a cosine.
+    A step is sharp, as for a step response. Lull and turn begin and end smoothly, along half a cosine. `is_empty` if
+    nothing is planned.
     """
 
     def __init__(self, scenario: Scenario):
@@ -17,6 +18,7 @@ class Schedule:
         self._ramp, self._lull_to = scenario["wind.lull_ramp_s"], scenario["wind.lull_to"]
         self._turn_s, self._turn = scenario["wind.turn_start_s"], radians(scenario["wind.turn_by_deg"])
         self._turn_length = 0.5 * pi * abs(self._turn) / radians(scenario["wind.turn_rate_deg_s"])
+        self.is_empty = not (self._step or self._lull_length or self._turn)
 
     def speed(self, speed: float, time_s: float) -> float:
         """What step and lull make of a mean `speed` [m/s]."""

@@ -22,10 +22,13 @@ class Wind:
         self._schedule = Schedule(scenario)
         mean_speed = self._file.mean_speed() if self._file else self._speed
         self._turbulence = make_turbulence(scenario, period_s, mean_speed)
+        self._steady = self._schedule.is_empty and not self._file and not scenario["wind.turbulence_intensity"]
         self.air = self._air()
 
     def advance(self) -> None:
         """Move on by one period."""
+        if self._steady:
+            return
         self._tick += 1
         self._turbulence.advance()
         self.air = self._air()
