@@ -1,6 +1,7 @@
 """One tick of the control loop: sample -> estimate -> outer loop -> inner loop -> actuator -> link."""
 
 from .estimator import Estimator
+from .gain_schedule import GainSchedule
 from .generated_messages import (
     HIL_ACTUATOR_CONTROLS,
     HIL_ACTUATOR_CONTROLS_FLAGS_LOCKSTEP,
@@ -15,19 +16,24 @@ from .inbox import Inbox
 from .keeper import Keeper
 from .mode_machine import ModeMachine
 from .parameters import Parameters
+from .prediction import Prediction
 from .requests import Requests
+from .sphere import wrap
 from .steering import Steering
+from .steering_history import SteeringHistory
 from .target_curve import FigureEight
 from .telemetry import Telemetry
 from .ticks import ticks_diff
+from .turn_k_estimate import TurnKEstimate
 
 _NO_CONTROLS = (0.0,) * 15
+_STEERED = (KITE_MODE_PARK, KITE_MODE_TRACK)  # by the control laws
 
 
 class Autopilot:
     """Everything that flies the kite, over one `link`.
 
-    The link has `send(message, values)`, `receive(inbox)`, `flush()`, `set_system(id)` and `counters()`.
+    The link has `send(message, values)`, `receive(inbox)`, `flush()`, `set_system(id)`, `counters()` and `budget`.
     Another outer loop may be put in the place of `guidance`: it needs what Guidance has, bar its settings.
     `storage`, `retained` and `reset_cause` are the board's (board_interface.py); without them nothing is kept or told.
     """
@@ -40,10 +46,14 @@ class Autopilot:
         self.kite = Estimator()
         self.guidance = Guidance(self.curve)
         self.steering = Steering()
+        self.history = SteeringHistory()
+        self.prediction = Prediction(self.history)
+        self.gains = GainSchedule()
+        self.turn_k = TurnKEstimate()
         self.telemetry = Telemetry(link, self)
         self.modes = ModeMachine(self.parameters, self.kite, self.telemetry.say)
         self.keeper = Keeper(self.parameters, self.modes, storage, retained, self.telemetry.say)
-        self.requests = Requests(self.parameters, self.modes, self.kite, self.keeper, link, self.telemetry.say)
+        self.requests = Requests(self.parameters, self.modes, self.kite, self.keeper, link, self.telemetry)
         self.target_course = 0.0
         self.period_us = 20000
         self.tick_us = 0
@@ -57,15 +67,19 @@ class Autopilot:
 
     def tick(self, now):
         """Run the loop once at `now` [us, wrapped]. The link has put what arrived into `inbox` before."""
-        if self._last_tick is not None:
-            self._uptime_us += ticks_diff(now, self._last_tick)
+        elapsed_us = 0 if self._last_tick is None else ticks_diff(now, self._last_tick)
+        self._uptime_us += elapsed_us
+        self.link.budget.refill(elapsed_us)
         self._last_tick = now
         if self._loaded != self.parameters.version:
             self._load_parameters()
         sample = self.inbox.take_sample()
         fresh = sample is not None and self.kite.take(sample, now, self.steering.asked)
         self.modes.update(now)
-        self._steer(fresh)
+        if fresh:
+            self._learn(now)
+        self._steer(fresh, now)
+        self.history.note(self.steering.asked, (elapsed_us + self.period_us // 2) // self.period_us)
         self.link.send(
             HIL_ACTUATOR_CONTROLS, (self._uptime_us, self._flags, self.steering.asked) + _NO_CONTROLS + (0,)
         )
@@ -84,22 +98,47 @@ class Autopilot:
     def _load_parameters(self):
         """Take all settings over at once, between two ticks."""
         values = self.parameters.values
-        for config in (self.curve, self.kite.config, self.guidance.config, self.steering.config):
+        for config in (
+            self.curve, self.kite.config, self.guidance.config, self.steering.config, self.prediction.config,
+            self.history, self.gains, self.turn_k,
+        ):
             config.load(values)
+        self._adapt()
         self.period_us = int(1000000 / values[LOOP_HZ])
         self.link.set_system(int(values[SYSTEM_ID]))
         self._loaded = self.parameters.version
 
-    def _steer(self, fresh):
+    def _learn(self, now):
+        """Let what adapts in flight see a new sample."""
+        self.prediction.note_sample(self.kite, now)
+        self.turn_k.take(self.kite, self.prediction.steering_at_sample(self.kite, now))
+        self.gains.update(self.kite)
+        self._adapt()
+
+    def _adapt(self):
+        """Put what was found in flight in the parameters' place, where that is asked for."""
+        if self.turn_k.in_use:
+            self.steering.config.turn_k = self.prediction.config.turn_k = self.turn_k.value
+        if self.gains.known:
+            self.steering.config.gain_p = self.gains.gain_p
+            self.guidance.config.gain_l = self.gains.gain_l
+
+    def _steer(self, fresh, now):
         kite = self.kite
         mode = self.modes.mode
         dt = self.period_us * 1e-6
+        predicted = self.prediction.config.delay_us and not self.modes.stale and mode in _STEERED
+        if predicted:
+            kite = self.prediction
+            kite.update(self.kite, now)
         if fresh:
-            self.guidance.scan(kite.frame, kite.course)
+            self.guidance.scan(self.kite.frame, self.kite.course)
         if mode != KITE_MODE_TRACK or self.modes.stale:
             self.guidance.stop()
+        elif predicted:
+            self.guidance.step_exactly(kite)
         elif fresh or not self.guidance.running:
-            self.guidance.step(kite.frame, kite.interval)
+            self.guidance.step(self.kite.frame, self.kite.interval)
         if self.modes.stale or mode == KITE_MODE_STANDBY:
             self.target_course = kite.course
             self.steering.hold(0.0, dt)
@@ -112,3 +151,5 @@ class Autopilot:
         else:
             self.target_course = self.guidance.target_course
             self.steering.follow(self.target_course, self.guidance.target_rate, kite, dt)
+        if predicted:  # what is told goes with the sample: the error is the one that was steered by
+            self.target_course = wrap(self.kite.course + self.steering.error)

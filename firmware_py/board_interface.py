@@ -6,6 +6,7 @@ A board is any object with these attributes; each of them is handed in, never im
     ended()         True when the loop should return; a real board never ends
     transport       read() -> bytes or None, write(view), wait(timeout_ms) -> bool, `datagrams`: True where bytes
                     arrive in whole datagrams
+    bytes_per_tick  received at most in a tick: more would take longer than there is
     sensors         None where samples arrive over the link; else sample(now) -> values of KITE_SENSORS in wire
                     order, or None while there is nothing new
     actuator        None where steering only goes out over the link; else write(steering, armed): -1 to 1, neutral

@@ -12,11 +12,12 @@ from .servo import PERIOD_US, Servo
 from .status_light import StatusLight
 from .ticks import MASK
 from .uart_transport import UartTransport
-from .udp_transport import UdpTransport
+from .udp_transport import UdpStations
 from .wifi_transport import WifiTransport
 
 STORAGE_FOLDER = "/kitepilot"
 _BUFFER = 2048  # of the UART, each way: a tick's frames, and a burst of requests [bytes]
+_BYTES_PER_TICK = 2048  # seven long frames in 0.64 ms, with the checksum in native code: some 5 ms of a tick
 _I2C_HZ = 400000
 _I2C_TIMEOUT_US = 2000  # an encoder that hangs costs a tenth of a tick, not the flight
 _FEED_MS = 250
@@ -33,6 +34,7 @@ class MachineBoard:
     """
 
     timer = -1  # a software timer, where there are any
+    bytes_per_tick = _BYTES_PER_TICK
 
     def __init__(self, machine, time, settings, retained, wlan, tell):
         self._machine = machine
@@ -93,14 +95,14 @@ class MachineBoard:
     def _make_transport(self, wlan, tell):
         settings = self._settings
         if settings.link == WIFI:
-            udp = UdpTransport(settings.ground[0], settings.ground[1])
+            udp = UdpStations(settings.ground[0], settings.ground[1])
             return WifiTransport(wlan, settings.ssid, settings.key, udp, self.ticks_us, tell)
         machine = self._machine
         uart = machine.UART(
             settings.uart, baudrate=settings.baud, tx=machine.Pin(settings.tx), rx=machine.Pin(settings.rx),
             txbuf=_BUFFER, rxbuf=_BUFFER, timeout=0,
         )
-        return UartTransport(uart, self.ticks_us, self._time.sleep_us)
+        return UartTransport(uart, self.ticks_us, self._time.sleep_us, settings.baud // 10)
 
 
 def make_servo(machine, settings):

@@ -16,6 +16,7 @@ class UnixBoard:
     sensors = None
     actuator = None
     retained = None
+    bytes_per_tick = 16384
     reset_cause = POWER_ON
 
     def __init__(self, transport, silence_ms, storage_folder=None):

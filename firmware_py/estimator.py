@@ -74,6 +74,8 @@ class Estimator:
         self.tether_force = 0.0
         self.steering = 0.0
         self.speed = 0.0  # across the sphere [m/s]
+        self.turning_ratio = 1.0  # nose and course are taken to turn alike, by an actuator as fast as need be:
+        self.turning_slew = 0.0  # see Prediction
         self.valid = 0
         self.sample_time = 0
         self.interval = 0.0  # between the last two samples taken [s]
@@ -88,7 +90,7 @@ class Estimator:
         self._chord = 0.0
         self._span = 0.0
         self._turning = 0.0  # smoothed rate of the chord's direction, without the meridians' turning [rad/s]
-        self._azimuth_step = 0.0
+        self.meridian_turning = 0.0  # since the sample before, to be added to a change of course or heading [rad]
 
     def age_us(self, now):
         """Time since the newest sample arrived [us]; None when there never was one."""
@@ -123,6 +125,13 @@ class Estimator:
         self._update_course(sample[4], fresh_start)
         return True
 
+    def sphere_speed(self):
+        """Speed across the unit sphere [1/s], with the arc in the chord's place."""
+        speed = self.speed / self.distance
+        bend = self._turning * self._span
+        reach = speed * self._span
+        return speed * (1.0 + min(1.0, bend * bend / 24.0 + reach * reach / 6.0))
+
     def _is_plausible(self, sample, fresh_start, interval):
         """False for a sample without position, not finite, out of range, back in time, or too far from the last."""
         valid = sample[9]
@@ -152,7 +161,7 @@ class Estimator:
         """Take over the quantities that are valid; stand in for the others."""
         config = self.config
         valid = self.valid = sample[9]
-        self._azimuth_step = sample[1] - self.azimuth
+        azimuth_step = wrap(sample[1] - self.azimuth)
         self.azimuth = sample[1]
         self.elevation = sample[2]
         self.distance = sample[3] if valid & KITE_VALID_DISTANCE else config.line_length
@@ -160,6 +169,7 @@ class Estimator:
         self.tether_force = sample[7] if valid & KITE_VALID_TETHER_FORCE else 0.0
         self.steering = sample[8] if valid & KITE_VALID_STEERING else asked
         self.frame.set(self.azimuth, self.elevation)
+        self.meridian_turning = self.frame.z * azimuth_step
         if valid & KITE_VALID_HEADING:
             self.heading = sample[5]
 
@@ -214,7 +224,7 @@ class Estimator:
         self.speed = length * self.distance / span
         chord = atan2(-across, -up) if length > _STANDING else self._chord
         if self._count > 2 and length > _STANDING:
-            rate = wrap(chord - self._chord + self.frame.z * wrap(self._azimuth_step)) / self.interval
+            rate = wrap(chord - self._chord + self.meridian_turning) / self.interval
             self._turning += (rate - self._turning) * self.interval / (self.interval + self.config.course_window)
         self._chord = chord
         self._span = span

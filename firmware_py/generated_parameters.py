@@ -39,6 +39,14 @@ PARAMETERS = (
     ('SYSTEM_ID', 1.0, 1.0, 250.0, 1.0, 1),
     ('TABLE_VERSION', 1.0, 1.0, 65535.0, 1.0, 2),
     ('COLLECT_TICKS', 4.0, 0.0, 100.0, 1.0, 0),
+    ('PRED_DELAY', 0.0, 0.0, 1.0, 0.0, 0),
+    ('PRED_RATE', 0.0, 0.0, 100.0, 0.0, 0),
+    ('PRED_SAT', 0.0, 0.0, 1.0, 0.0, 0),
+    ('K_ADAPT', 0.0, 0.0, 1.0, 1.0, 0),
+    ('K_BOUND', 2.5, 1.0, 8.0, 0.0, 0),
+    ('GAIN_TAU', 0.0, 0.0, 5.0, 0.0, 0),
+    ('GAIN_P_TAU', 0.3671875, 0.0, 2.0, 0.0, 0),
+    ('GAIN_L_TAU', 0.171875, 0.0, 2.0, 0.0, 0),
 )
 
 INNER_P = 0
@@ -75,3 +83,11 @@ POSITION_HZ = 30
 SYSTEM_ID = 31
 TABLE_VERSION = 32
 COLLECT_TICKS = 33
+PRED_DELAY = 34
+PRED_RATE = 35
+PRED_SAT = 36
+K_ADAPT = 37
+K_BOUND = 38
+GAIN_TAU = 39
+GAIN_P_TAU = 40
+GAIN_L_TAU = 41

@@ -10,9 +10,11 @@ from .sphere import wrap
 
 _ITERATIONS = 5
 _CLOSE_ENOUGH = 1e-4  # step in s at which the search ends [rad]
+_CLOSE_EACH_TICK = 3e-4  # the same, where each tick goes on with it
 _LONGEST_STEP = 0.2  # in s [rad], short enough not to reach another strand
 _SCAN_POINTS = 32
 _SCAN_STEP = 2.0 * pi / _SCAN_POINTS
+_LEAST_SHARE = 0.2  # of the distance to a turn's centre that a kite inside it keeps
 _COURSE_WEIGHT = 0.2  # how much flying the right way counts beside being near, when a strand is picked anew
 
 
@@ -40,6 +42,12 @@ class Guidance:
         self.target_rate = 0.0  # [rad/s]
         self.cross_track = 0.0
         self.running = False  # True while a strand is followed
+        self._along = 0.0  # the curve's own direction, carried to the kite [rad]
+        self._side = 0.0  # t . gamma_t
+        self._cosine = 1.0  # of the distance
+        self._exact = False  # True when the target's rate is not from its change
+        self._pace = 0.0  # in s, from one tick to the next [rad]
+        self._close = _CLOSE_ENOUGH
         self._scan_index = 0
         self._scan_best = -9.0
         self._scan_best_s = 0.0
@@ -49,9 +57,15 @@ class Guidance:
         """Forget the strand: the next step picks the best one anew."""
         self.running = False
         self.target_rate = 0.0
+        self._pace = 0.0
 
     def scan(self, frame, course):
         """Look at one more point of the whole curve, so that a far kite finds its way without a costly search."""
+        if self._exact and self.running and abs(self.cross_track) < self.curve.half_height:
+            self._scan_index = 0  # on its strand, and each tick has enough to do
+            self._scan_best = -9.0
+            self._candidate = None
+            return
         s = self._scan_index * _SCAN_STEP
         x, y, z, dx, dy, dz = self.curve.at(s)
         along = cos(course) * frame.up(dx, dy, dz) + sin(course) * frame.across(dx, dy)
@@ -68,22 +82,59 @@ class Guidance:
 
     def step(self, frame, dt):
         """Update the target for the kite at `frame`, `dt` [s] after the step before."""
-        fresh = not self.running
-        if fresh and self._candidate is not None:
+        followed = self.running
+        self._close = _CLOSE_ENOUGH
+        before = self.target_course
+        point = self._find(frame)
+        self._aim(frame, point)
+        if not (followed and self.running) or dt <= 0.0:
+            self.target_rate = 0.0
+        elif not self._exact:  # else the step before was at another place, and its rate holds
+            rate = wrap(self.target_course - before) / dt
+            self.target_rate += (rate - self.target_rate) * dt / (dt + self.config.filter_time)
+        self._exact = False
+        self._pace = 0.0
+        self.running = True
+
+    def step_exactly(self, kite):
+        """Update the target for a predicted `kite`, each tick; the target's rate is then no difference."""
+        before = self.path_parameter
+        self.path_parameter = before + self._pace  # so near that the search has little to do
+        self._close = _CLOSE_EACH_TICK
+        same = self.running
+        point = self._find(kite.frame)
+        self._pace = wrap(self.path_parameter - before) if same and self.running else 0.0
+        self._aim(kite.frame, point)
+        self.running = True
+        self.target_rate = self._turning(kite)
+        self._exact = True
+
+    def _turning(self, kite):
+        """Turning rate [rad/s], beyond the meridians', that keeps the turning-angle error as it is.
+
+        With the curve `-side` to the left of the kite's, chi the course against it and v the speed: the curve's
+        parallel through the kite turns by v cos(chi) (kappa cos - side) / (cos + kappa side), and the aim at it by
+        -L v sin(chi) cos / (1 + L^2 side^2), where kappa is the curve's geodesic curvature.
+        """
+        side = self._side
+        cosine = self._cosine
+        curvature = self.curve.direction * self.curve.geodesic_curvature(self.path_parameter)
+        chi = kite.course - self._along
+        gain = self.config.gain_l
+        slope = gain * side
+        parallel = (curvature * cosine - side) / max(_LEAST_SHARE, cosine + curvature * side)
+        return kite.speed * (cos(chi) * parallel - sin(chi) * gain * cosine / (1.0 + slope * slope))
+
+    def _find(self, frame):
+        """The nearest point, on the strand that is followed or on a better one; `running` tells whether the same."""
+        if not self.running and self._candidate is not None:
             self.path_parameter = self._candidate
         point = self._nearest(frame)
         if self._candidate is not None and self._is_lost(frame, point):
-            fresh = True
+            self.running = False
             self.path_parameter = self._candidate
             point = self._nearest(frame)
-        self.running = True
-        before = self.target_course
-        self._aim(frame, point)
-        if fresh or dt <= 0.0:
-            self.target_rate = 0.0
-        else:
-            rate = wrap(self.target_course - before) / dt
-            self.target_rate += (rate - self.target_rate) * dt / (dt + self.config.filter_time)
+        return point
 
     def _nearest(self, frame):
         """Ascend the cosine of the distance from the last solution; return position and derivative there.
@@ -106,7 +157,7 @@ class Guidance:
             step = longest if slope > 0.0 else -longest
             last_slope = slope
             s += step
-            if longest < _CLOSE_ENOUGH:
+            if longest < self._close:
                 break
         else:
             point = curve.at(s)
@@ -133,6 +184,9 @@ class Guidance:
         tangent_up = (frame.up(dx, dy, dz) - carry * up) * scale
         tangent_across = (frame.across(dx, dy) - carry * across) * scale
         side = tangent_up * across - tangent_across * up  # t . gamma_t with t = gamma x T
-        self.target_course = wrap(atan2(tangent_across, tangent_up) + atan(self.config.gain_l * side))
+        self._along = atan2(tangent_across, tangent_up)
+        self._side = side
+        self._cosine = cosine
+        self.target_course = wrap(self._along + atan(self.config.gain_l * side))
         distance = atan2(sqrt(up * up + across * across), cosine)
         self.cross_track = distance if side >= 0.0 else -distance

@@ -38,15 +38,16 @@ def run_real_time(autopilot, board):
     ticks_us = board.ticks_us
     collector = Collector(ticks_us)
     due = ticks_us()
+    room = board.bytes_per_tick
     while not board.ended():
         while True:
             left_us = ticks_diff(due, ticks_us())
             if left_us <= 0:
                 break
-            if board.transport.wait(left_us // 1000):
-                autopilot.link.receive(autopilot.inbox)
+            if room > 0 and board.transport.wait(left_us // 1000):
+                room -= autopilot.link.receive(autopilot.inbox, room)
         start = ticks_us()
-        step_real_time(autopilot, board, start)
+        room = step_real_time(autopilot, board, start)
         autopilot.note_tick_time(ticks_diff(ticks_us(), start))
         due = ticks_add(due, autopilot.period_us)
         collector.collect_if_due(autopilot.parameters.values[COLLECT_TICKS], ticks_diff(due, ticks_us()))
@@ -55,8 +56,9 @@ def run_real_time(autopilot, board):
 
 
 def step_real_time(autopilot, board, now):
-    """One tick of a board: its sensors in, its actuator out."""
-    autopilot.link.receive(autopilot.inbox)
+    """One tick of a board: its sensors in, its actuator out. Return how many bytes may be received until the next."""
+    room = board.bytes_per_tick
+    room -= autopilot.link.receive(autopilot.inbox, room)
     if board.sensors is not None:
         autopilot.inbox.sample = None  # a board with sensors of its own believes nobody else's
         sample = board.sensors.sample(now)
@@ -67,3 +69,4 @@ def step_real_time(autopilot, board, now):
         board.actuator.write(autopilot.steering.asked, autopilot.modes.armed())
     board.watchdog.feed()
     board.light.show(autopilot.modes.mode, autopilot.modes.stale, now)
+    return room

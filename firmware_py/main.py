@@ -4,14 +4,19 @@ It talks UDP to the bridge at HOST:PORT, or to a device file as if it were a boa
 and the file for PORT. It ends after ten seconds of silence.
 """
 
+import gc
 import sys
 
-from .autopilot import Autopilot
-from .board_unix import UnixBoard
-from .file_transport import FileTransport
-from .loop import run_lockstep, run_real_time
-from .mavlink_link import MavlinkLink
-from .udp_transport import UdpTransport
+_IS_MICROPYTHON = sys.implementation.name == "micropython"
+if _IS_MICROPYTHON:  # what compiling leaves behind is collected as it goes, or the heap is in pieces afterwards
+    getattr(gc, "threshold")(4096)  # noqa: B009  unknown to CPython's type stubs
+
+from .autopilot import Autopilot  # noqa: E402
+from .board_unix import UnixBoard  # noqa: E402
+from .file_transport import FileTransport  # noqa: E402
+from .loop import run_lockstep, run_real_time  # noqa: E402
+from .mavlink_link import MavlinkLink  # noqa: E402
+from .udp_transport import UdpTransport  # noqa: E402
 
 _SILENCE_MS = 10000
 
@@ -19,6 +24,8 @@ _SILENCE_MS = 10000
 def main(arguments):
     """Run until the bridge falls silent; `arguments` are host, port and pace."""
     host, port, pace = arguments
+    if _IS_MICROPYTHON:
+        getattr(gc, "threshold")(-1)  # noqa: B009  from here on the loop says when
     transport = FileTransport(port) if host == "serial" else UdpTransport(host, int(port))
     if pace == "lockstep":
         run_lockstep(Autopilot(MavlinkLink(transport), True), transport, _SILENCE_MS)

@@ -1,11 +1,12 @@
 """The firmware's one link: MAVLink frames over a transport of bytes."""
 
 from .generated_messages import HIL_ACTUATOR_CONTROLS, KITE_TICK_END
+from .link_budget import LinkBudget
 from .mavlink_decoder import Decoder
 from .mavlink_encoder import LONGEST_FRAME, Encoder
 
 _DATAGRAM = 1120  # frames are gathered until they pass this size [bytes]; one more still fits a network packet
-_BYTES_PER_TICK = 16384
+_BYTES_AT_ONCE = 16384
 _COMPONENT = 1  # MAV_COMP_ID_AUTOPILOT1
 
 
@@ -13,7 +14,7 @@ class MavlinkLink:
     """Moves messages between an inbox and a transport.
 
     The transport has `read() -> bytes or None`, `write(memoryview)`, and `datagrams`: True where bytes arrive in
-    whole datagrams. A frame never spans two of them.
+    whole datagrams. A frame never spans two of them. It may have `bytes_per_s`, where its line carries no more.
 
     Steering and ends of ticks are numbered apart from all else, as a channel of their own: the bridge takes them
     off, and a ground station must not count them as lost.
@@ -21,6 +22,7 @@ class MavlinkLink:
 
     def __init__(self, transport):
         self.decoder = Decoder()
+        self.budget = LinkBudget(getattr(transport, "bytes_per_s", 0))
         self._encoder = Encoder(1, _COMPONENT)
         self._control_encoder = Encoder(1, _COMPONENT)
         self._transport = transport
@@ -33,27 +35,33 @@ class MavlinkLink:
         self._encoder.system = system
         self._control_encoder.system = system
 
-    def receive(self, inbox):
-        """Put what has arrived into `inbox`, up to a fixed number of bytes, or up to a lockstep tick."""
+    def receive(self, inbox, most=_BYTES_AT_ONCE):
+        """Put what has arrived into `inbox`, up to a lockstep tick; return the bytes taken.
+
+        Nothing more is read once `most` bytes were.
+        """
         decoder = self.decoder
         whole = self._transport.datagrams
-        budget = _BYTES_PER_TICK
-        while budget > 0:
+        taken = 0
+        while taken < most:
             data = self._transport.read()
             if not data:
-                return
-            budget -= len(data)
+                break
+            taken += len(data)
             decoder.feed(data)
             while decoder.next_frame(whole):
                 inbox.put(decoder.message, decoder.values, decoder.system, decoder.component)
             if inbox.tick is not None:
-                return
+                break
+        return taken
 
     def send(self, message, values):
         """Queue a frame of `message` with `values` in wire order."""
         control = message in (HIL_ACTUATOR_CONTROLS, KITE_TICK_END)
         encoder = self._control_encoder if control else self._encoder
-        self._filled = encoder.encode(self._out, self._filled, message, values)
+        before = self._filled
+        self._filled = encoder.encode(self._out, before, message, values)
+        self.budget.spend(self._filled - before)
         if self._filled > _DATAGRAM:
             self.flush()
 

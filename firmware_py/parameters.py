@@ -44,6 +44,7 @@ class Parameters:
         return 0
 
     def set(self, index, value):
-        """Set a value that was not refused."""
-        self.values[index] = value
-        self.version += 1
+        """Set a value that was not refused; the same one again is no change."""
+        if self.values[index] != value:
+            self.version += 1
+        self.values[index] = value  # (a zero has a sign)

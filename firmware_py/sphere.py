@@ -7,6 +7,7 @@ meridian and e2 = gamma x e1; the turning angle is measured from e1 towards e2.
 from math import atan2, cos, pi, sin, sqrt
 
 _TWO_PI = 2 * pi
+_LEVEL = 1e-6  # so near to the zenith there is no azimuth [rad]
 
 
 def wrap(angle):
@@ -38,6 +39,18 @@ class TangentFrame:
         self.e1z = cos_elevation
         self.e2x = sin_azimuth
         self.e2y = -cos_azimuth
+
+    def set_position(self, x, y, z):
+        """Move to a unit position; straight above, the azimuth stays."""
+        self.x = x
+        self.y = y
+        self.z = z
+        level = self.e1z = sqrt(x * x + y * y)
+        if level > _LEVEL:
+            self.e2x = y / level
+            self.e2y = -x / level
+        self.e1x = z * self.e2y
+        self.e1y = -z * self.e2x
 
     def up(self, x, y, z):
         """Component along e1 of a vector."""

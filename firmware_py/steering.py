@@ -3,7 +3,7 @@
 J. H. Baayen, "Trajectory tracking control of kites with system delay" (2012), section 2.1 and proposition 4.1.
 """
 
-from math import cos, sin
+from math import cos, pi, sin
 
 from .generated_messages import KITE_STATUS_AIRSPEED_FLOOR, KITE_STATUS_SATURATED, KITE_STATUS_SLEWED
 from .generated_parameters import (
@@ -56,7 +56,8 @@ class Steering:
     def follow(self, target_course, target_rate, kite, dt):
         """Steer the `kite` (an estimate) towards `target_course` [rad], which turns at `target_rate` [rad/s].
 
-        u = (FF_GAIN d(theta_t)/dt + P wrap(theta_t - theta) - gravity - offset) / (K Va)
+        u = (n (FF_GAIN d(theta_t)/dt + P wrap(theta_t - theta)) - gravity - offset) / (K Va), with n the kite's
+        `turning_ratio` of nose to course, 1 for an estimate.
         """
         config = self.config
         self.status = 0
@@ -64,11 +65,19 @@ class Steering:
         if airspeed < config.airspeed_min:
             airspeed = config.airspeed_min
             self.status = KITE_STATUS_AIRSPEED_FLOOR
-        self.error = wrap(target_course - kite.course)
-        rate = config.feed_forward * target_rate + config.gain_p * self.error - config.turn_offset
+        error = self.error = wrap(target_course - kite.course)
+        rate = config.feed_forward * target_rate
+        own = 0.0  # turning by gravity
         if config.gravity_c:
-            rate -= config.gravity_c / airspeed * sin(kite.heading) * cos(kite.elevation)
-        self._limit(rate / (config.turn_k * airspeed), dt)
+            own = config.gravity_c / airspeed * sin(kite.heading) * cos(kite.elevation)
+        full = config.turn_k * airspeed
+        if kite.turning_slew:
+            needed = kite.turning_ratio * rate - config.turn_offset - own
+            most = full * config.limit
+            error -= _still_turning(kite, max(-most, min(most, needed)))
+        rate += config.gain_p * error
+        rate = kite.turning_ratio * rate - config.turn_offset - own
+        self._limit(rate / full, dt)
 
     def hold(self, steering, dt):
         """Ask for `steering` as given, within the limits."""
@@ -90,3 +99,12 @@ class Steering:
                 wanted = self.asked + (most if wanted > self.asked else -most)
                 self.status |= KITE_STATUS_SLEWED
         self.asked = wanted
+
+
+def _still_turning(kite, needed):
+    """How far the course turns [rad] beyond the target while an actuator with a rate limit comes to what is needed.
+
+    It goes from the `steered_turning` that it makes to `needed` [rad/s of the nose] at its `turning_slew`.
+    """
+    surplus = kite.steered_turning - needed
+    return max(-pi, min(pi, 0.5 * surplus * abs(surplus) / (kite.turning_slew * kite.turning_ratio)))

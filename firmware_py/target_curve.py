@@ -3,7 +3,7 @@
 Azimuth = centre + A sin s, elevation = centre + B sin 2s, for s from 0 to 2 pi.
 """
 
-from math import cos, degrees, pi, radians, sin, sqrt, tan
+from math import cos, degrees, pi, radians, sin, sqrt
 
 from .generated_parameters import (
     EIGHT_AZIMUTH,
@@ -72,17 +72,24 @@ class FigureEight:
         )
 
     def geodesic_curvature(self, s):
-        """Turning per distance flown [rad/rad] at `s`, without the turning of the meridians themselves."""
-        azimuth_rate = self.half_width * cos(s)
-        azimuth_rate2 = -self.half_width * sin(s)
-        elevation_rate = 2.0 * self.half_height * cos(2.0 * s)
-        elevation_rate2 = -4.0 * self.half_height * sin(2.0 * s)
-        elevation = self.elevation + self.half_height * sin(2.0 * s)
-        east = cos(elevation) * azimuth_rate
-        east_rate = cos(elevation) * azimuth_rate2 - sin(elevation) * elevation_rate * azimuth_rate
+        """Turning per distance flown [rad/rad] at `s`, without the turning of the meridians themselves.
+
+        With east = cos(elevation) azimuth': (east elevation'' - east' elevation') / w^2 + east tan(elevation), over w,
+        the way for each s.
+        """
+        sin_s = sin(s)
+        cos_s = cos(s)
+        height = 2.0 * self.half_height
+        elevation = self.elevation + height * sin_s * cos_s
+        level = cos(elevation)
+        azimuth_rate = self.half_width * cos_s
+        elevation_rate = height * (cos_s * cos_s - sin_s * sin_s)
+        east = level * azimuth_rate
+        lift = sin(elevation) * azimuth_rate  # east tan(elevation)
         square = elevation_rate * elevation_rate + east * east
-        turning = (east * elevation_rate2 - east_rate * elevation_rate) / square
-        return (turning + east * tan(elevation)) / sqrt(square)
+        turning = (level * self.half_width * sin_s + lift * elevation_rate) * elevation_rate
+        turning -= 4.0 * height * sin_s * cos_s * east
+        return (turning / square + lift) / sqrt(square)
 
 
 class CurveCheck:

@@ -3,6 +3,7 @@
 from math import cos, sin
 
 from .generated_messages import (
+    CURRENT_MODE,
     HEARTBEAT,
     KITE_MODE_STANDBY,
     KITE_STATE,
@@ -16,6 +17,7 @@ from .generated_messages import (
     MAV_STATE_CRITICAL,
     MAV_STATE_STANDBY,
     MAV_TYPE_KITE,
+    NAMED_VALUE_FLOAT,
     STATUSTEXT,
     SYS_STATUS,
 )
@@ -29,16 +31,28 @@ _U16 = 65535
 _SLOWEST_HZ = 0.0078125  # a beat must be shorter than half the wrap of the clock
 
 
+# What is sent regularly, the shortest first where the link carries little.
+_STREAMS = (SYS_STATUS, CURRENT_MODE, NAMED_VALUE_FLOAT, LOCAL_POSITION_NED, KITE_STATE)
+_FIRST_US = (0, _SECOND // 4, _SECOND // 2, _SECOND // 8, 0)  # not all in one tick with the heartbeat
+_USUAL_US = (_SECOND, 2 * _SECOND, _SECOND, 0, 0)  # 0: a parameter says
+_OF_KITE = (LOCAL_POSITION_NED, KITE_STATE)  # need a sample
+_FROM_START = (HEARTBEAT,) + _STREAMS
+
+
 class Telemetry:
-    """Sends what is due. `autopilot` is read, never written."""
+    """Sends what is due. `autopilot` is read, never written.
+
+    What the link has no room for is left out, bar the heartbeat and texts.
+    """
 
     def __init__(self, link, autopilot):
         self._link = link
         self._autopilot = autopilot
         self._texts = []
         self._heartbeat_due = None
-        self._state_due = None
-        self._position_due = None
+        self._due = [0] * len(_STREAMS)
+        self._asked = [0] * len(_STREAMS)  # intervals that a station asked for [us]; 0 as usual, -1 not at all
+        self._mode = KITE_MODE_STANDBY  # when last looked at
 
     def say(self, severity, text):
         """Queue a text for the operator, at most 50 characters; the oldest gives way."""
@@ -48,26 +62,74 @@ class Telemetry:
 
     def send_due(self, now, uptime_us):
         """Send what is due at `now`: heartbeat first, then texts, then the rest."""
+        due = self._due
         if self._heartbeat_due is None:
-            self._heartbeat_due = self._state_due = self._position_due = now
+            self._heartbeat_due = now
+            for index in range(len(due)):
+                due[index] = ticks_add(now, _FIRST_US[index])
         if ticks_diff(now, self._heartbeat_due) >= 0:
             self._heartbeat_due = ticks_add(now, _SECOND)
             self._send_heartbeat()
         if self._texts:
             self._link.send(STATUSTEXT, self._texts.pop(0))
-        values = self._autopilot.parameters.values
-        kite = self._autopilot.kite
-        heard = kite.age_us(now) is not None
-        if not heard or not values[STATE_HZ]:
-            self._state_due = now
-        elif ticks_diff(now, self._state_due) >= 0:
-            self._state_due = _next_due(self._state_due, values[STATE_HZ], now)
+        if self._mode != self._autopilot.modes.mode:
+            self._mode = self._autopilot.modes.mode
+            if self._asked[1] >= 0:
+                due[1] = now
+        heard = self._autopilot.kite.age_us(now) is not None
+        for index in range(len(due)):
+            period = self._period_us(index) if heard or _STREAMS[index] not in _OF_KITE else 0
+            if not period:
+                due[index] = now
+            elif ticks_diff(now, due[index]) >= 0:
+                due[index] = _next_due(due[index], period, now)
+                if self._link.budget.has_room():
+                    self.send(_STREAMS[index], now, uptime_us)
+
+    def sends(self, message):
+        """True for a message that is sent regularly."""
+        return message in _FROM_START
+
+    def can_send(self, message, now):
+        """True if there is something to say in such a message."""
+        return message not in _OF_KITE or self._autopilot.kite.age_us(now) is not None
+
+    def interval(self, message):
+        """The present interval [us] of a message that is sent regularly; 0 where it is not sent at present."""
+        return _SECOND if message == HEARTBEAT else self._period_us(_STREAMS.index(message))
+
+    def set_interval(self, message, interval_us):
+        """Send a message each `interval_us`; 0 is as usual, -1 not at all. False where that cannot be."""
+        if message == HEARTBEAT:
+            return interval_us in (0, _SECOND)
+        self._asked[_STREAMS.index(message)] = interval_us
+        return True
+
+    def send(self, message, now, uptime_us):
+        """Send one of the messages that are sent regularly."""
+        autopilot = self._autopilot
+        if message == KITE_STATE:
             self._send_state(now)
-        if not heard or not values[POSITION_HZ]:
-            self._position_due = now
-        elif ticks_diff(now, self._position_due) >= 0:
-            self._position_due = _next_due(self._position_due, values[POSITION_HZ], now)
-            self._send_position(kite, uptime_us)
+        elif message == LOCAL_POSITION_NED:
+            self._send_position(autopilot.kite, uptime_us)
+        elif message == NAMED_VALUE_FLOAT:
+            self._link.send(NAMED_VALUE_FLOAT, (uptime_us // 1000, autopilot.turn_k.value, b"turn_k"))
+        elif message == CURRENT_MODE:
+            self._link.send(CURRENT_MODE, (autopilot.modes.mode, 0, 0))
+        elif message == SYS_STATUS:
+            self._send_status()
+        else:
+            self._send_heartbeat()
+
+    def _period_us(self, index):
+        """The interval of a stream [us], 0 where it is off."""
+        asked = self._asked[index]
+        if asked:
+            return max(asked, 0)
+        if _USUAL_US[index]:
+            return _USUAL_US[index]
+        rate_hz = self._autopilot.parameters.values[STATE_HZ if _STREAMS[index] == KITE_STATE else POSITION_HZ]
+        return int(_SECOND / max(rate_hz, _SLOWEST_HZ)) if rate_hz else 0
 
     def _send_heartbeat(self):
         autopilot = self._autopilot
@@ -78,6 +140,9 @@ class Telemetry:
             base |= MAV_MODE_FLAG_SAFETY_ARMED
             state = MAV_STATE_CRITICAL if modes.stale else MAV_STATE_ACTIVE
         self._link.send(HEARTBEAT, (modes.mode, MAV_TYPE_KITE, MAV_AUTOPILOT_GENERIC, base, state, 3))
+
+    def _send_status(self):
+        autopilot = self._autopilot
         bad_crc, unknown, lost, overflowed = self._link.counters()
         refused = autopilot.inbox.refused
         counts = tuple(min(count, _U16) for count in (bad_crc, unknown, lost, overflowed + refused))
@@ -120,8 +185,7 @@ class Telemetry:
         )
 
 
-def _next_due(due, rate_hz, now):
+def _next_due(due, period, now):
     """When to send next, keeping the beat, unless more than a beat was missed."""
-    period = int(_SECOND / max(rate_hz, _SLOWEST_HZ))
     due = ticks_add(due, period)
     return due if ticks_diff(now, due) < 0 else ticks_add(now, period // 2)

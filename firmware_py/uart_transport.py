@@ -9,13 +9,15 @@ _NAP_US = 200  # between two looks: two bytes at 115200 baud
 class UartTransport:
     """A stream over `uart`, which has `any()`, `readinto(buffer)` and `write(data)`, and waits for nothing itself.
 
+    `bytes_per_s` is what the line carries, 0 where that is no limit.
     `received` counts the bytes that came, wrapped; `lost` those that found no room to be sent. A frame cut short is
     found by its checksum, as on any radio.
     """
 
     datagrams = False
 
-    def __init__(self, uart, ticks_us, sleep_us):
+    def __init__(self, uart, ticks_us, sleep_us, bytes_per_s=0):
+        self.bytes_per_s = bytes_per_s
         self._uart = uart
         self._ticks_us = ticks_us
         self._sleep_us = sleep_us

@@ -411,6 +411,16 @@ enums["KITE_STATUS"][16] = EnumEntry("KITE_STATUS_AIRSPEED_FLOOR", """The airspe
 KITE_STATUS_ENUM_END = 17
 enums["KITE_STATUS"][17] = EnumEntry("KITE_STATUS_ENUM_END", """""")
 
+# MAV_MODE_PROPERTY
+enums["MAV_MODE_PROPERTY"] = Enum()
+enums["MAV_MODE_PROPERTY"].bitmask = True
+MAV_MODE_PROPERTY_ADVANCED = 1
+enums["MAV_MODE_PROPERTY"][1] = EnumEntry("MAV_MODE_PROPERTY_ADVANCED", """An advanced mode.""")
+MAV_MODE_PROPERTY_NOT_USER_SELECTABLE = 2
+enums["MAV_MODE_PROPERTY"][2] = EnumEntry("MAV_MODE_PROPERTY_NOT_USER_SELECTABLE", """Not to be added to the list of selectable modes.""")
+MAV_MODE_PROPERTY_ENUM_END = 3
+enums["MAV_MODE_PROPERTY"][3] = EnumEntry("MAV_MODE_PROPERTY_ENUM_END", """""")
+
 # MAV_SYS_STATUS_SENSOR
 enums["MAV_SYS_STATUS_SENSOR"] = Enum()
 enums["MAV_SYS_STATUS_SENSOR"].bitmask = True
@@ -491,6 +501,61 @@ enums["MAV_SYS_STATUS_SENSOR_EXTENDED"][2] = EnumEntry("MAV_SYS_STATUS_SENSOR_LE
 MAV_SYS_STATUS_SENSOR_EXTENDED_ENUM_END = 3
 enums["MAV_SYS_STATUS_SENSOR_EXTENDED"][3] = EnumEntry("MAV_SYS_STATUS_SENSOR_EXTENDED_ENUM_END", """""")
 
+# MAV_FRAME
+enums["MAV_FRAME"] = Enum()
+enums["MAV_FRAME"].bitmask = False
+MAV_FRAME_GLOBAL = 0
+enums["MAV_FRAME"][0] = EnumEntry("MAV_FRAME_GLOBAL", """Global (WGS84) coordinate frame + altitude relative to mean sea level (MSL).""")
+MAV_FRAME_LOCAL_NED = 1
+enums["MAV_FRAME"][1] = EnumEntry("MAV_FRAME_LOCAL_NED", """NED local tangent frame (x: North, y: East, z: Down) with origin fixed relative to earth.""")
+MAV_FRAME_MISSION = 2
+enums["MAV_FRAME"][2] = EnumEntry("MAV_FRAME_MISSION", """NOT a coordinate frame, indicates a mission command.""")
+MAV_FRAME_GLOBAL_RELATIVE_ALT = 3
+enums["MAV_FRAME"][3] = EnumEntry(
+    "MAV_FRAME_GLOBAL_RELATIVE_ALT",
+    """
+          Global (WGS84) coordinate frame + altitude relative to the home position.
+        """,
+)
+MAV_FRAME_LOCAL_ENU = 4
+enums["MAV_FRAME"][4] = EnumEntry("MAV_FRAME_LOCAL_ENU", """ENU local tangent frame (x: East, y: North, z: Up) with origin fixed relative to earth.""")
+MAV_FRAME_GLOBAL_INT = 5
+enums["MAV_FRAME"][5] = EnumEntry("MAV_FRAME_GLOBAL_INT", """Global (WGS84) coordinate frame (scaled) + altitude relative to mean sea level (MSL).""")
+MAV_FRAME_GLOBAL_RELATIVE_ALT_INT = 6
+enums["MAV_FRAME"][6] = EnumEntry("MAV_FRAME_GLOBAL_RELATIVE_ALT_INT", """Global (WGS84) coordinate frame (scaled) + altitude relative to the home position. """)
+MAV_FRAME_LOCAL_OFFSET_NED = 7
+enums["MAV_FRAME"][7] = EnumEntry("MAV_FRAME_LOCAL_OFFSET_NED", """NED local tangent frame (x: North, y: East, z: Down) with origin that travels with the vehicle.""")
+MAV_FRAME_BODY_NED = 8
+enums["MAV_FRAME"][8] = EnumEntry("MAV_FRAME_BODY_NED", """Same as MAV_FRAME_LOCAL_NED when used to represent position values. Same as MAV_FRAME_BODY_FRD when used with velocity/acceleration values.""")
+MAV_FRAME_BODY_OFFSET_NED = 9
+enums["MAV_FRAME"][9] = EnumEntry("MAV_FRAME_BODY_OFFSET_NED", """This is the same as MAV_FRAME_BODY_FRD.""")
+MAV_FRAME_GLOBAL_TERRAIN_ALT = 10
+enums["MAV_FRAME"][10] = EnumEntry("MAV_FRAME_GLOBAL_TERRAIN_ALT", """Global (WGS84) coordinate frame with AGL altitude (altitude at ground level).""")
+MAV_FRAME_GLOBAL_TERRAIN_ALT_INT = 11
+enums["MAV_FRAME"][11] = EnumEntry("MAV_FRAME_GLOBAL_TERRAIN_ALT_INT", """Global (WGS84) coordinate frame (scaled) with AGL altitude (altitude at ground level).""")
+MAV_FRAME_BODY_FRD = 12
+enums["MAV_FRAME"][12] = EnumEntry("MAV_FRAME_BODY_FRD", """FRD local frame aligned to the vehicle's attitude (x: Forward, y: Right, z: Down) with an origin that travels with vehicle.""")
+MAV_FRAME_RESERVED_13 = 13
+enums["MAV_FRAME"][13] = EnumEntry("MAV_FRAME_RESERVED_13", """MAV_FRAME_BODY_FLU - Body fixed frame of reference, Z-up (x: Forward, y: Left, z: Up).""")
+MAV_FRAME_RESERVED_14 = 14
+enums["MAV_FRAME"][14] = EnumEntry("MAV_FRAME_RESERVED_14", """MAV_FRAME_MOCAP_NED - Odometry local coordinate frame of data given by a motion capture system, Z-down (x: North, y: East, z: Down).""")
+MAV_FRAME_RESERVED_15 = 15
+enums["MAV_FRAME"][15] = EnumEntry("MAV_FRAME_RESERVED_15", """MAV_FRAME_MOCAP_ENU - Odometry local coordinate frame of data given by a motion capture system, Z-up (x: East, y: North, z: Up).""")
+MAV_FRAME_RESERVED_16 = 16
+enums["MAV_FRAME"][16] = EnumEntry("MAV_FRAME_RESERVED_16", """MAV_FRAME_VISION_NED - Odometry local coordinate frame of data given by a vision estimation system, Z-down (x: North, y: East, z: Down).""")
+MAV_FRAME_RESERVED_17 = 17
+enums["MAV_FRAME"][17] = EnumEntry("MAV_FRAME_RESERVED_17", """MAV_FRAME_VISION_ENU - Odometry local coordinate frame of data given by a vision estimation system, Z-up (x: East, y: North, z: Up).""")
+MAV_FRAME_RESERVED_18 = 18
+enums["MAV_FRAME"][18] = EnumEntry("MAV_FRAME_RESERVED_18", """MAV_FRAME_ESTIM_NED - Odometry local coordinate frame of data given by an estimator running onboard the vehicle, Z-down (x: North, y: East, z: Down).""")
+MAV_FRAME_RESERVED_19 = 19
+enums["MAV_FRAME"][19] = EnumEntry("MAV_FRAME_RESERVED_19", """MAV_FRAME_ESTIM_ENU - Odometry local coordinate frame of data given by an estimator running onboard the vehicle, Z-up (x: East, y: North, z: Up).""")
+MAV_FRAME_LOCAL_FRD = 20
+enums["MAV_FRAME"][20] = EnumEntry("MAV_FRAME_LOCAL_FRD", """FRD local tangent frame (x: Forward, y: Right, z: Down) with origin fixed relative to earth. The forward axis is aligned to the front of the vehicle in the horizontal plane.""")
+MAV_FRAME_LOCAL_FLU = 21
+enums["MAV_FRAME"][21] = EnumEntry("MAV_FRAME_LOCAL_FLU", """FLU local tangent frame (x: Forward, y: Left, z: Up) with origin fixed relative to earth. The forward axis is aligned to the front of the vehicle in the horizontal plane.""")
+MAV_FRAME_ENUM_END = 22
+enums["MAV_FRAME"][22] = EnumEntry("MAV_FRAME_ENUM_END", """""")
+
 # MAV_CMD
 enums["MAV_CMD"] = Enum()
 enums["MAV_CMD"].bitmask = False
@@ -529,6 +594,28 @@ enums["MAV_CMD"][400].param[4] = """Reserved (default:0)"""
 enums["MAV_CMD"][400].param[5] = """Reserved (default:0)"""
 enums["MAV_CMD"][400].param[6] = """Reserved (default:0)"""
 enums["MAV_CMD"][400].param[7] = """Reserved (default:0)"""
+MAV_CMD_GET_MESSAGE_INTERVAL = 510
+enums["MAV_CMD"][510] = EnumEntry("MAV_CMD_GET_MESSAGE_INTERVAL", """Request the interval between messages for a particular MAVLink message ID. The receiver should ACK the command and then emit its response in a MESSAGE_INTERVAL message.""")
+enums["MAV_CMD"][510].param[1] = """The MAVLink message ID"""
+enums["MAV_CMD"][510].label[1] = """Message ID"""
+enums["MAV_CMD"][510].param[2] = """Reserved (default:0)"""
+enums["MAV_CMD"][510].param[3] = """Reserved (default:0)"""
+enums["MAV_CMD"][510].param[4] = """Reserved (default:0)"""
+enums["MAV_CMD"][510].param[5] = """Reserved (default:0)"""
+enums["MAV_CMD"][510].param[6] = """Reserved (default:0)"""
+enums["MAV_CMD"][510].param[7] = """Reserved (default:0)"""
+MAV_CMD_SET_MESSAGE_INTERVAL = 511
+enums["MAV_CMD"][511] = EnumEntry("MAV_CMD_SET_MESSAGE_INTERVAL", """Set the interval between messages for a particular MAVLink message ID. This interface replaces REQUEST_DATA_STREAM.""")
+enums["MAV_CMD"][511].param[1] = """The MAVLink message ID"""
+enums["MAV_CMD"][511].label[1] = """Message ID"""
+enums["MAV_CMD"][511].param[2] = """The interval between two messages. Set to -1 to disable and 0 to request default rate."""
+enums["MAV_CMD"][511].label[2] = """Interval"""
+enums["MAV_CMD"][511].param[3] = """Reserved (default:0)"""
+enums["MAV_CMD"][511].param[4] = """Reserved (default:0)"""
+enums["MAV_CMD"][511].param[5] = """Reserved (default:0)"""
+enums["MAV_CMD"][511].param[6] = """Reserved (default:0)"""
+enums["MAV_CMD"][511].param[7] = """Target address of message stream (if message has target address fields). 0: Flight-stack default (recommended), 1: address of requester, 2: broadcast."""
+enums["MAV_CMD"][511].label[7] = """Response Target"""
 MAV_CMD_REQUEST_MESSAGE = 512
 enums["MAV_CMD"][512] = EnumEntry("MAV_CMD_REQUEST_MESSAGE", """Request the target system(s) emit a single instance of a specified message (i.e. a "one-shot" version of MAV_CMD_SET_MESSAGE_INTERVAL).""")
 enums["MAV_CMD"][512].param[1] = """The MAVLink message ID of the requested message."""
@@ -547,6 +634,30 @@ enums["MAV_CMD"][512].param[7] = """Target address for requested message (if mes
 enums["MAV_CMD"][512].label[7] = """Response Target"""
 MAV_CMD_ENUM_END = 43004
 enums["MAV_CMD"][43004] = EnumEntry("MAV_CMD_ENUM_END", """""")
+
+# MAV_DATA_STREAM
+enums["MAV_DATA_STREAM"] = Enum()
+enums["MAV_DATA_STREAM"].bitmask = False
+MAV_DATA_STREAM_ALL = 0
+enums["MAV_DATA_STREAM"][0] = EnumEntry("MAV_DATA_STREAM_ALL", """Enable all data streams""")
+MAV_DATA_STREAM_RAW_SENSORS = 1
+enums["MAV_DATA_STREAM"][1] = EnumEntry("MAV_DATA_STREAM_RAW_SENSORS", """Enable IMU_RAW, GPS_RAW, GPS_STATUS packets.""")
+MAV_DATA_STREAM_EXTENDED_STATUS = 2
+enums["MAV_DATA_STREAM"][2] = EnumEntry("MAV_DATA_STREAM_EXTENDED_STATUS", """Enable GPS_STATUS, CONTROL_STATUS, AUX_STATUS""")
+MAV_DATA_STREAM_RC_CHANNELS = 3
+enums["MAV_DATA_STREAM"][3] = EnumEntry("MAV_DATA_STREAM_RC_CHANNELS", """Enable RC_CHANNELS_SCALED, RC_CHANNELS_RAW, SERVO_OUTPUT_RAW""")
+MAV_DATA_STREAM_RAW_CONTROLLER = 4
+enums["MAV_DATA_STREAM"][4] = EnumEntry("MAV_DATA_STREAM_RAW_CONTROLLER", """Enable ATTITUDE_CONTROLLER_OUTPUT, POSITION_CONTROLLER_OUTPUT, NAV_CONTROLLER_OUTPUT.""")
+MAV_DATA_STREAM_POSITION = 6
+enums["MAV_DATA_STREAM"][6] = EnumEntry("MAV_DATA_STREAM_POSITION", """Enable LOCAL_POSITION, GLOBAL_POSITION_INT messages.""")
+MAV_DATA_STREAM_EXTRA1 = 10
+enums["MAV_DATA_STREAM"][10] = EnumEntry("MAV_DATA_STREAM_EXTRA1", """Dependent on the autopilot""")
+MAV_DATA_STREAM_EXTRA2 = 11
+enums["MAV_DATA_STREAM"][11] = EnumEntry("MAV_DATA_STREAM_EXTRA2", """Dependent on the autopilot""")
+MAV_DATA_STREAM_EXTRA3 = 12
+enums["MAV_DATA_STREAM"][12] = EnumEntry("MAV_DATA_STREAM_EXTRA3", """Dependent on the autopilot""")
+MAV_DATA_STREAM_ENUM_END = 13
+enums["MAV_DATA_STREAM"][13] = EnumEntry("MAV_DATA_STREAM_ENUM_END", """""")
 
 # MAV_PARAM_TYPE
 enums["MAV_PARAM_TYPE"] = Enum()
@@ -635,6 +746,191 @@ MAV_SEVERITY_DEBUG = 7
 enums["MAV_SEVERITY"][7] = EnumEntry("MAV_SEVERITY_DEBUG", """Useful non-operational messages that can assist in debugging. These should not occur during normal operation.""")
 MAV_SEVERITY_ENUM_END = 8
 enums["MAV_SEVERITY"][8] = EnumEntry("MAV_SEVERITY_ENUM_END", """""")
+
+# MAV_MISSION_TYPE
+enums["MAV_MISSION_TYPE"] = Enum()
+enums["MAV_MISSION_TYPE"].bitmask = False
+MAV_MISSION_TYPE_MISSION = 0
+enums["MAV_MISSION_TYPE"][0] = EnumEntry("MAV_MISSION_TYPE_MISSION", """Items are mission commands for main mission.""")
+MAV_MISSION_TYPE_FENCE = 1
+enums["MAV_MISSION_TYPE"][1] = EnumEntry("MAV_MISSION_TYPE_FENCE", """Specifies GeoFence area(s). Items are MAV_CMD_NAV_FENCE_ GeoFence items.""")
+MAV_MISSION_TYPE_RALLY = 2
+enums["MAV_MISSION_TYPE"][2] = EnumEntry("MAV_MISSION_TYPE_RALLY", """Specifies the rally points for the vehicle. Rally points are alternative RTL points. Items are MAV_CMD_NAV_RALLY_POINT rally point items.""")
+MAV_MISSION_TYPE_ALL = 255
+enums["MAV_MISSION_TYPE"][255] = EnumEntry("MAV_MISSION_TYPE_ALL", """Only used in MISSION_CLEAR_ALL to clear all mission types.""")
+MAV_MISSION_TYPE_ENUM_END = 256
+enums["MAV_MISSION_TYPE"][256] = EnumEntry("MAV_MISSION_TYPE_ENUM_END", """""")
+
+# MAV_FTP_ERR
+enums["MAV_FTP_ERR"] = Enum()
+enums["MAV_FTP_ERR"].bitmask = False
+MAV_FTP_ERR_NONE = 0
+enums["MAV_FTP_ERR"][0] = EnumEntry("MAV_FTP_ERR_NONE", """None: No error""")
+MAV_FTP_ERR_FAIL = 1
+enums["MAV_FTP_ERR"][1] = EnumEntry("MAV_FTP_ERR_FAIL", """Fail: Unknown failure""")
+MAV_FTP_ERR_FAILERRNO = 2
+enums["MAV_FTP_ERR"][2] = EnumEntry(
+    "MAV_FTP_ERR_FAILERRNO",
+    """FailErrno: Command failed, Err number sent back in PayloadHeader.data[1].
+        This is a file-system error number understood by the server operating system.""",
+)
+MAV_FTP_ERR_INVALIDDATASIZE = 3
+enums["MAV_FTP_ERR"][3] = EnumEntry("MAV_FTP_ERR_INVALIDDATASIZE", """InvalidDataSize: Payload size is invalid""")
+MAV_FTP_ERR_INVALIDSESSION = 4
+enums["MAV_FTP_ERR"][4] = EnumEntry("MAV_FTP_ERR_INVALIDSESSION", """InvalidSession: Session is not currently open""")
+MAV_FTP_ERR_NOSESSIONSAVAILABLE = 5
+enums["MAV_FTP_ERR"][5] = EnumEntry("MAV_FTP_ERR_NOSESSIONSAVAILABLE", """NoSessionsAvailable: All available sessions are already in use""")
+MAV_FTP_ERR_EOF = 6
+enums["MAV_FTP_ERR"][6] = EnumEntry("MAV_FTP_ERR_EOF", """EOF: Offset past end of file for ListDirectory and ReadFile commands""")
+MAV_FTP_ERR_UNKNOWNCOMMAND = 7
+enums["MAV_FTP_ERR"][7] = EnumEntry("MAV_FTP_ERR_UNKNOWNCOMMAND", """UnknownCommand: Unknown command / opcode""")
+MAV_FTP_ERR_FILEEXISTS = 8
+enums["MAV_FTP_ERR"][8] = EnumEntry("MAV_FTP_ERR_FILEEXISTS", """FileExists: File/directory already exists""")
+MAV_FTP_ERR_FILEPROTECTED = 9
+enums["MAV_FTP_ERR"][9] = EnumEntry("MAV_FTP_ERR_FILEPROTECTED", """FileProtected: File/directory is write protected""")
+MAV_FTP_ERR_FILENOTFOUND = 10
+enums["MAV_FTP_ERR"][10] = EnumEntry("MAV_FTP_ERR_FILENOTFOUND", """FileNotFound: File/directory not found""")
+MAV_FTP_ERR_ENUM_END = 11
+enums["MAV_FTP_ERR"][11] = EnumEntry("MAV_FTP_ERR_ENUM_END", """""")
+
+# MAV_FTP_OPCODE
+enums["MAV_FTP_OPCODE"] = Enum()
+enums["MAV_FTP_OPCODE"].bitmask = False
+MAV_FTP_OPCODE_NONE = 0
+enums["MAV_FTP_OPCODE"][0] = EnumEntry("MAV_FTP_OPCODE_NONE", """None. Ignored, always ACKed""")
+MAV_FTP_OPCODE_TERMINATESESSION = 1
+enums["MAV_FTP_OPCODE"][1] = EnumEntry("MAV_FTP_OPCODE_TERMINATESESSION", """TerminateSession: Terminates open Read session""")
+MAV_FTP_OPCODE_RESETSESSION = 2
+enums["MAV_FTP_OPCODE"][2] = EnumEntry("MAV_FTP_OPCODE_RESETSESSION", """ResetSessions: Terminates all open read sessions""")
+MAV_FTP_OPCODE_LISTDIRECTORY = 3
+enums["MAV_FTP_OPCODE"][3] = EnumEntry("MAV_FTP_OPCODE_LISTDIRECTORY", """ListDirectory. List files and directories in path from offset""")
+MAV_FTP_OPCODE_OPENFILERO = 4
+enums["MAV_FTP_OPCODE"][4] = EnumEntry("MAV_FTP_OPCODE_OPENFILERO", """OpenFileRO: Opens file at path for reading, returns session""")
+MAV_FTP_OPCODE_READFILE = 5
+enums["MAV_FTP_OPCODE"][5] = EnumEntry("MAV_FTP_OPCODE_READFILE", """ReadFile: Reads size bytes from offset in session""")
+MAV_FTP_OPCODE_CREATEFILE = 6
+enums["MAV_FTP_OPCODE"][6] = EnumEntry("MAV_FTP_OPCODE_CREATEFILE", """CreateFile: Creates file at path for writing, returns session""")
+MAV_FTP_OPCODE_WRITEFILE = 7
+enums["MAV_FTP_OPCODE"][7] = EnumEntry("MAV_FTP_OPCODE_WRITEFILE", """WriteFile: Writes size bytes to offset in session""")
+MAV_FTP_OPCODE_REMOVEFILE = 8
+enums["MAV_FTP_OPCODE"][8] = EnumEntry("MAV_FTP_OPCODE_REMOVEFILE", """RemoveFile: Remove file at path""")
+MAV_FTP_OPCODE_CREATEDIRECTORY = 9
+enums["MAV_FTP_OPCODE"][9] = EnumEntry("MAV_FTP_OPCODE_CREATEDIRECTORY", """CreateDirectory: Creates directory at path""")
+MAV_FTP_OPCODE_REMOVEDIRECTORY = 10
+enums["MAV_FTP_OPCODE"][10] = EnumEntry("MAV_FTP_OPCODE_REMOVEDIRECTORY", """RemoveDirectory: Removes directory at path. The directory must be empty.""")
+MAV_FTP_OPCODE_OPENFILEWO = 11
+enums["MAV_FTP_OPCODE"][11] = EnumEntry("MAV_FTP_OPCODE_OPENFILEWO", """OpenFileWO: Opens file at path for writing, returns session""")
+MAV_FTP_OPCODE_TRUNCATEFILE = 12
+enums["MAV_FTP_OPCODE"][12] = EnumEntry("MAV_FTP_OPCODE_TRUNCATEFILE", """TruncateFile: Truncate file at path to offset length""")
+MAV_FTP_OPCODE_RENAME = 13
+enums["MAV_FTP_OPCODE"][13] = EnumEntry("MAV_FTP_OPCODE_RENAME", """Rename: Rename path1 to path2""")
+MAV_FTP_OPCODE_CALCFILECRC = 14
+enums["MAV_FTP_OPCODE"][14] = EnumEntry("MAV_FTP_OPCODE_CALCFILECRC", """CalcFileCRC32: Calculate CRC32 for file at path""")
+MAV_FTP_OPCODE_BURSTREADFILE = 15
+enums["MAV_FTP_OPCODE"][15] = EnumEntry("MAV_FTP_OPCODE_BURSTREADFILE", """BurstReadFile: Burst download session file""")
+MAV_FTP_OPCODE_ACK = 128
+enums["MAV_FTP_OPCODE"][128] = EnumEntry("MAV_FTP_OPCODE_ACK", """ACK: ACK response""")
+MAV_FTP_OPCODE_NAK = 129
+enums["MAV_FTP_OPCODE"][129] = EnumEntry("MAV_FTP_OPCODE_NAK", """NAK: NAK response""")
+MAV_FTP_OPCODE_ENUM_END = 130
+enums["MAV_FTP_OPCODE"][130] = EnumEntry("MAV_FTP_OPCODE_ENUM_END", """""")
+
+# MAV_STANDARD_MODE
+enums["MAV_STANDARD_MODE"] = Enum()
+enums["MAV_STANDARD_MODE"].bitmask = False
+MAV_STANDARD_MODE_NON_STANDARD = 0
+enums["MAV_STANDARD_MODE"][0] = EnumEntry(
+    "MAV_STANDARD_MODE_NON_STANDARD",
+    """Non standard mode.
+          This may be used when reporting the mode if the current flight mode is not a standard mode.
+        """,
+)
+MAV_STANDARD_MODE_POSITION_HOLD = 1
+enums["MAV_STANDARD_MODE"][1] = EnumEntry(
+    "MAV_STANDARD_MODE_POSITION_HOLD",
+    """Position mode (manual).
+          Position-controlled and stabilized manual mode.
+          When sticks are released vehicles return to their level-flight orientation and hold both position and altitude against wind and external forces.
+          This mode can only be set by vehicles that can hold a fixed position.
+          Multicopter (MC) vehicles actively brake and hold both position and altitude against wind and external forces.
+          Hybrid MC/FW ("VTOL") vehicles first transition to multicopter mode (if needed) but otherwise behave in the same way as MC vehicles.
+          Fixed-wing (FW) vehicles must not support this mode.
+          Other vehicle types must not support this mode (this may be revisited through the PR process).
+        """,
+)
+MAV_STANDARD_MODE_ORBIT = 2
+enums["MAV_STANDARD_MODE"][2] = EnumEntry(
+    "MAV_STANDARD_MODE_ORBIT",
+    """Orbit (manual).
+          Position-controlled and stabilized manual mode.
+          The vehicle circles around a fixed setpoint in the horizontal plane at a particular radius, altitude, and direction.
+          Flight stacks may further allow manual control over the setpoint position, radius, direction, speed, and/or altitude of the circle, but this is not mandated.
+          Flight stacks may support the [MAV_CMD_DO_ORBIT](https://mavlink.io/en/messages/common.html#MAV_CMD_DO_ORBIT) for changing the orbit parameters.
+          MC and FW vehicles may support this mode.
+          Hybrid MC/FW ("VTOL") vehicles may support this mode in MC/FW or both modes; if the mode is not supported by the current configuration the vehicle should transition to the supported configuration.
+          Other vehicle types must not support this mode (this may be revisited through the PR process).
+        """,
+)
+MAV_STANDARD_MODE_CRUISE = 3
+enums["MAV_STANDARD_MODE"][3] = EnumEntry(
+    "MAV_STANDARD_MODE_CRUISE",
+    """Cruise mode (manual).
+          Position-controlled and stabilized manual mode.
+          When sticks are released vehicles return to their level-flight orientation and hold their original track against wind and external forces.
+          Fixed-wing (FW) vehicles level orientation and maintain current track and altitude against wind and external forces.
+          Hybrid MC/FW ("VTOL") vehicles first transition to FW mode (if needed) but otherwise behave in the same way as MC vehicles.
+          Multicopter (MC) vehicles must not support this mode.
+          Other vehicle types must not support this mode (this may be revisited through the PR process).
+        """,
+)
+MAV_STANDARD_MODE_ALTITUDE_HOLD = 4
+enums["MAV_STANDARD_MODE"][4] = EnumEntry(
+    "MAV_STANDARD_MODE_ALTITUDE_HOLD",
+    """Altitude hold (manual).
+          Altitude-controlled and stabilized manual mode.
+          When sticks are released vehicles return to their level-flight orientation and hold their altitude.
+          MC vehicles continue with existing momentum and may move with wind (or other external forces).
+          FW vehicles continue with current heading, but may be moved off-track by wind.
+          Hybrid MC/FW ("VTOL") vehicles behave according to their current configuration/mode (FW or MC).
+          Other vehicle types must not support this mode (this may be revisited through the PR process).
+        """,
+)
+MAV_STANDARD_MODE_SAFE_RECOVERY = 5
+enums["MAV_STANDARD_MODE"][5] = EnumEntry(
+    "MAV_STANDARD_MODE_SAFE_RECOVERY",
+    """Safe recovery mode (auto).
+          Automatic mode that takes vehicle to a predefined safe location via a safe flight path, and may also automatically land the vehicle.
+          This mode is more commonly referred to as RTL and/or or Smart RTL.
+          The precise return location, flight path, and landing behaviour depend on vehicle configuration and type.
+          For example, the vehicle might return to the home/launch location, a rally point, or the start of a mission landing, it might follow a direct path, mission path, or breadcrumb path, and land using a mission landing pattern or some other kind of descent.
+        """,
+)
+MAV_STANDARD_MODE_MISSION = 6
+enums["MAV_STANDARD_MODE"][6] = EnumEntry(
+    "MAV_STANDARD_MODE_MISSION",
+    """Mission mode (automatic).
+          Automatic mode that executes MAVLink missions.
+          Missions are executed from the current waypoint as soon as the mode is enabled.
+        """,
+)
+MAV_STANDARD_MODE_LAND = 7
+enums["MAV_STANDARD_MODE"][7] = EnumEntry(
+    "MAV_STANDARD_MODE_LAND",
+    """Land mode (auto).
+          Automatic mode that lands the vehicle at the current location.
+          The precise landing behaviour depends on vehicle configuration and type.
+        """,
+)
+MAV_STANDARD_MODE_TAKEOFF = 8
+enums["MAV_STANDARD_MODE"][8] = EnumEntry(
+    "MAV_STANDARD_MODE_TAKEOFF",
+    """Takeoff mode (auto).
+          Automatic takeoff mode.
+          The precise takeoff behaviour depends on vehicle configuration and type.
+        """,
+)
+MAV_STANDARD_MODE_ENUM_END = 9
+enums["MAV_STANDARD_MODE"][9] = EnumEntry("MAV_STANDARD_MODE_ENUM_END", """""")
 
 # HIL_ACTUATOR_CONTROLS_FLAGS
 enums["HIL_ACTUATOR_CONTROLS_FLAGS"] = Enum()
@@ -1195,6 +1491,10 @@ enums["MAV_COMPONENT"][251] = EnumEntry("MAV_COMPONENT_ENUM_END", """""")
 # message IDs
 MAVLINK_MSG_ID_BAD_DATA = -1
 MAVLINK_MSG_ID_UNKNOWN = -2
+MAVLINK_MSG_ID_COMPONENT_METADATA = 397
+MAVLINK_MSG_ID_AVAILABLE_MODES = 435
+MAVLINK_MSG_ID_CURRENT_MODE = 436
+MAVLINK_MSG_ID_AVAILABLE_MODES_MONITOR = 437
 MAVLINK_MSG_ID_KITE_TICK = 50001
 MAVLINK_MSG_ID_KITE_TICK_END = 50002
 MAVLINK_MSG_ID_KITE_SENSORS = 50003
@@ -1206,15 +1506,186 @@ MAVLINK_MSG_ID_PARAM_REQUEST_LIST = 21
 MAVLINK_MSG_ID_PARAM_VALUE = 22
 MAVLINK_MSG_ID_PARAM_SET = 23
 MAVLINK_MSG_ID_LOCAL_POSITION_NED = 32
+MAVLINK_MSG_ID_MISSION_REQUEST_LIST = 43
+MAVLINK_MSG_ID_MISSION_COUNT = 44
+MAVLINK_MSG_ID_REQUEST_DATA_STREAM = 66
 MAVLINK_MSG_ID_MANUAL_CONTROL = 69
+MAVLINK_MSG_ID_COMMAND_INT = 75
 MAVLINK_MSG_ID_COMMAND_LONG = 76
 MAVLINK_MSG_ID_COMMAND_ACK = 77
 MAVLINK_MSG_ID_HIL_ACTUATOR_CONTROLS = 93
+MAVLINK_MSG_ID_RADIO_STATUS = 109
+MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL = 110
 MAVLINK_MSG_ID_TIMESYNC = 111
+MAVLINK_MSG_ID_MESSAGE_INTERVAL = 244
+MAVLINK_MSG_ID_NAMED_VALUE_FLOAT = 251
 MAVLINK_MSG_ID_STATUSTEXT = 253
 MAVLINK_MSG_ID_PARAM_ERROR = 345
 MAVLINK_MSG_ID_AUTOPILOT_VERSION = 148
 MAVLINK_MSG_ID_HEARTBEAT = 0
+
+
+class MAVLink_component_metadata_message(MAVLink_message):
+    """
+    Where the general metadata file of a component is.
+    """
+
+    id = MAVLINK_MSG_ID_COMPONENT_METADATA
+    msgname = "COMPONENT_METADATA"
+    fieldnames = ["time_boot_ms", "file_crc", "uri"]
+    ordered_fieldnames = ["time_boot_ms", "file_crc", "uri"]
+    fieldtypes = ["uint32_t", "uint32_t", "char"]
+    fielddisplays_by_name: Dict[str, str] = {}
+    fieldenums_by_name: Dict[str, str] = {}
+    fieldunits_by_name: Dict[str, str] = {"time_boot_ms": "ms"}
+    native_format = bytearray(b"<IIc")
+    orders = [0, 1, 2]
+    lengths = [1, 1, 1]
+    array_lengths = [0, 0, 100]
+    crc_extra = 182
+    unpacker = struct.Struct("<II100s")
+    instance_field = None
+    instance_offset = -1
+
+    def __init__(self, time_boot_ms: int, file_crc: int, uri: bytes):
+        MAVLink_message.__init__(self, MAVLink_component_metadata_message.id, MAVLink_component_metadata_message.msgname)
+        self._fieldnames = MAVLink_component_metadata_message.fieldnames
+        self._instance_field = MAVLink_component_metadata_message.instance_field
+        self._instance_offset = MAVLink_component_metadata_message.instance_offset
+        self.time_boot_ms = time_boot_ms
+        self.file_crc = file_crc
+        self._uri_raw = uri
+        self.uri = uri.split(b"\x00", 1)[0].decode("ascii", errors="replace")
+
+    def pack(self, mav: "MAVLink", force_mavlink1: bool = False) -> bytes:
+        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.time_boot_ms, self.file_crc, self._uri_raw), force_mavlink1=force_mavlink1)
+
+
+# Define name on the class for backwards compatibility (it is now msgname).
+# Done with setattr to hide the class variable from mypy.
+setattr(MAVLink_component_metadata_message, "name", mavlink_msg_deprecated_name_property())
+
+
+class MAVLink_available_modes_message(MAVLink_message):
+    """
+    One of the modes that there are.
+    """
+
+    id = MAVLINK_MSG_ID_AVAILABLE_MODES
+    msgname = "AVAILABLE_MODES"
+    fieldnames = ["number_modes", "mode_index", "standard_mode", "custom_mode", "properties", "mode_name"]
+    ordered_fieldnames = ["custom_mode", "properties", "number_modes", "mode_index", "standard_mode", "mode_name"]
+    fieldtypes = ["uint8_t", "uint8_t", "uint8_t", "uint32_t", "uint32_t", "char"]
+    fielddisplays_by_name: Dict[str, str] = {"properties": "bitmask"}
+    fieldenums_by_name: Dict[str, str] = {"standard_mode": "MAV_STANDARD_MODE", "properties": "MAV_MODE_PROPERTY"}
+    fieldunits_by_name: Dict[str, str] = {}
+    native_format = bytearray(b"<IIBBBc")
+    orders = [2, 3, 4, 0, 1, 5]
+    lengths = [1, 1, 1, 1, 1, 1]
+    array_lengths = [0, 0, 0, 0, 0, 35]
+    crc_extra = 134
+    unpacker = struct.Struct("<IIBBB35s")
+    instance_field = None
+    instance_offset = -1
+
+    def __init__(self, number_modes: int, mode_index: int, standard_mode: int, custom_mode: int, properties: int, mode_name: bytes):
+        MAVLink_message.__init__(self, MAVLink_available_modes_message.id, MAVLink_available_modes_message.msgname)
+        self._fieldnames = MAVLink_available_modes_message.fieldnames
+        self._instance_field = MAVLink_available_modes_message.instance_field
+        self._instance_offset = MAVLink_available_modes_message.instance_offset
+        self.number_modes = number_modes
+        self.mode_index = mode_index
+        self.standard_mode = standard_mode
+        self.custom_mode = custom_mode
+        self.properties = properties
+        self._mode_name_raw = mode_name
+        self.mode_name = mode_name.split(b"\x00", 1)[0].decode("ascii", errors="replace")
+
+    def pack(self, mav: "MAVLink", force_mavlink1: bool = False) -> bytes:
+        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.custom_mode, self.properties, self.number_modes, self.mode_index, self.standard_mode, self._mode_name_raw), force_mavlink1=force_mavlink1)
+
+
+# Define name on the class for backwards compatibility (it is now msgname).
+# Done with setattr to hide the class variable from mypy.
+setattr(MAVLink_available_modes_message, "name", mavlink_msg_deprecated_name_property())
+
+
+class MAVLink_current_mode_message(MAVLink_message):
+    """
+    The present mode.
+    """
+
+    id = MAVLINK_MSG_ID_CURRENT_MODE
+    msgname = "CURRENT_MODE"
+    fieldnames = ["standard_mode", "custom_mode", "intended_custom_mode"]
+    ordered_fieldnames = ["custom_mode", "intended_custom_mode", "standard_mode"]
+    fieldtypes = ["uint8_t", "uint32_t", "uint32_t"]
+    fielddisplays_by_name: Dict[str, str] = {}
+    fieldenums_by_name: Dict[str, str] = {"standard_mode": "MAV_STANDARD_MODE"}
+    fieldunits_by_name: Dict[str, str] = {}
+    native_format = bytearray(b"<IIB")
+    orders = [2, 0, 1]
+    lengths = [1, 1, 1]
+    array_lengths = [0, 0, 0]
+    crc_extra = 193
+    unpacker = struct.Struct("<IIB")
+    instance_field = None
+    instance_offset = -1
+
+    def __init__(self, standard_mode: int, custom_mode: int, intended_custom_mode: int):
+        MAVLink_message.__init__(self, MAVLink_current_mode_message.id, MAVLink_current_mode_message.msgname)
+        self._fieldnames = MAVLink_current_mode_message.fieldnames
+        self._instance_field = MAVLink_current_mode_message.instance_field
+        self._instance_offset = MAVLink_current_mode_message.instance_offset
+        self.standard_mode = standard_mode
+        self.custom_mode = custom_mode
+        self.intended_custom_mode = intended_custom_mode
+
+    def pack(self, mav: "MAVLink", force_mavlink1: bool = False) -> bytes:
+        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.custom_mode, self.intended_custom_mode, self.standard_mode), force_mavlink1=force_mavlink1)
+
+
+# Define name on the class for backwards compatibility (it is now msgname).
+# Done with setattr to hide the class variable from mypy.
+setattr(MAVLink_current_mode_message, "name", mavlink_msg_deprecated_name_property())
+
+
+class MAVLink_available_modes_monitor_message(MAVLink_message):
+    """
+    Changes when the modes that there are change.
+    """
+
+    id = MAVLINK_MSG_ID_AVAILABLE_MODES_MONITOR
+    msgname = "AVAILABLE_MODES_MONITOR"
+    fieldnames = ["seq"]
+    ordered_fieldnames = ["seq"]
+    fieldtypes = ["uint8_t"]
+    fielddisplays_by_name: Dict[str, str] = {}
+    fieldenums_by_name: Dict[str, str] = {}
+    fieldunits_by_name: Dict[str, str] = {}
+    native_format = bytearray(b"<B")
+    orders = [0]
+    lengths = [1]
+    array_lengths = [0]
+    crc_extra = 30
+    unpacker = struct.Struct("<B")
+    instance_field = None
+    instance_offset = -1
+
+    def __init__(self, seq: int):
+        MAVLink_message.__init__(self, MAVLink_available_modes_monitor_message.id, MAVLink_available_modes_monitor_message.msgname)
+        self._fieldnames = MAVLink_available_modes_monitor_message.fieldnames
+        self._instance_field = MAVLink_available_modes_monitor_message.instance_field
+        self._instance_offset = MAVLink_available_modes_monitor_message.instance_offset
+        self.seq = seq
+
+    def pack(self, mav: "MAVLink", force_mavlink1: bool = False) -> bytes:
+        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.seq), force_mavlink1=force_mavlink1)
+
+
+# Define name on the class for backwards compatibility (it is now msgname).
+# Done with setattr to hide the class variable from mypy.
+setattr(MAVLink_available_modes_monitor_message, "name", mavlink_msg_deprecated_name_property())
 
 
 class MAVLink_kite_tick_message(MAVLink_message):
@@ -1737,6 +2208,133 @@ class MAVLink_local_position_ned_message(MAVLink_message):
 setattr(MAVLink_local_position_ned_message, "name", mavlink_msg_deprecated_name_property())
 
 
+class MAVLink_mission_request_list_message(MAVLink_message):
+    """
+    Request the overall list of mission items from the
+    system/component.
+    """
+
+    id = MAVLINK_MSG_ID_MISSION_REQUEST_LIST
+    msgname = "MISSION_REQUEST_LIST"
+    fieldnames = ["target_system", "target_component", "mission_type"]
+    ordered_fieldnames = ["target_system", "target_component", "mission_type"]
+    fieldtypes = ["uint8_t", "uint8_t", "uint8_t"]
+    fielddisplays_by_name: Dict[str, str] = {}
+    fieldenums_by_name: Dict[str, str] = {"mission_type": "MAV_MISSION_TYPE"}
+    fieldunits_by_name: Dict[str, str] = {}
+    native_format = bytearray(b"<BBB")
+    orders = [0, 1, 2]
+    lengths = [1, 1, 1]
+    array_lengths = [0, 0, 0]
+    crc_extra = 132
+    unpacker = struct.Struct("<BBB")
+    instance_field = None
+    instance_offset = -1
+
+    def __init__(self, target_system: int, target_component: int, mission_type: int = 0):
+        MAVLink_message.__init__(self, MAVLink_mission_request_list_message.id, MAVLink_mission_request_list_message.msgname)
+        self._fieldnames = MAVLink_mission_request_list_message.fieldnames
+        self._instance_field = MAVLink_mission_request_list_message.instance_field
+        self._instance_offset = MAVLink_mission_request_list_message.instance_offset
+        self.target_system = target_system
+        self.target_component = target_component
+        self.mission_type = mission_type
+
+    def pack(self, mav: "MAVLink", force_mavlink1: bool = False) -> bytes:
+        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.target_system, self.target_component, self.mission_type), force_mavlink1=force_mavlink1)
+
+
+# Define name on the class for backwards compatibility (it is now msgname).
+# Done with setattr to hide the class variable from mypy.
+setattr(MAVLink_mission_request_list_message, "name", mavlink_msg_deprecated_name_property())
+
+
+class MAVLink_mission_count_message(MAVLink_message):
+    """
+    This message is emitted as response to MISSION_REQUEST_LIST by the
+    MAV and to initiate a write transaction. The GCS can then request
+    the individual mission item based on the knowledge of the total
+    number of waypoints.
+    """
+
+    id = MAVLINK_MSG_ID_MISSION_COUNT
+    msgname = "MISSION_COUNT"
+    fieldnames = ["target_system", "target_component", "count", "mission_type"]
+    ordered_fieldnames = ["count", "target_system", "target_component", "mission_type"]
+    fieldtypes = ["uint8_t", "uint8_t", "uint16_t", "uint8_t"]
+    fielddisplays_by_name: Dict[str, str] = {}
+    fieldenums_by_name: Dict[str, str] = {"mission_type": "MAV_MISSION_TYPE"}
+    fieldunits_by_name: Dict[str, str] = {}
+    native_format = bytearray(b"<HBBB")
+    orders = [1, 2, 0, 3]
+    lengths = [1, 1, 1, 1]
+    array_lengths = [0, 0, 0, 0]
+    crc_extra = 221
+    unpacker = struct.Struct("<HBBB")
+    instance_field = None
+    instance_offset = -1
+
+    def __init__(self, target_system: int, target_component: int, count: int, mission_type: int = 0):
+        MAVLink_message.__init__(self, MAVLink_mission_count_message.id, MAVLink_mission_count_message.msgname)
+        self._fieldnames = MAVLink_mission_count_message.fieldnames
+        self._instance_field = MAVLink_mission_count_message.instance_field
+        self._instance_offset = MAVLink_mission_count_message.instance_offset
+        self.target_system = target_system
+        self.target_component = target_component
+        self.count = count
+        self.mission_type = mission_type
+
+    def pack(self, mav: "MAVLink", force_mavlink1: bool = False) -> bytes:
+        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.count, self.target_system, self.target_component, self.mission_type), force_mavlink1=force_mavlink1)
+
+
+# Define name on the class for backwards compatibility (it is now msgname).
+# Done with setattr to hide the class variable from mypy.
+setattr(MAVLink_mission_count_message, "name", mavlink_msg_deprecated_name_property())
+
+
+class MAVLink_request_data_stream_message(MAVLink_message):
+    """
+    Request a data stream.
+    """
+
+    id = MAVLINK_MSG_ID_REQUEST_DATA_STREAM
+    msgname = "REQUEST_DATA_STREAM"
+    fieldnames = ["target_system", "target_component", "req_stream_id", "req_message_rate", "start_stop"]
+    ordered_fieldnames = ["req_message_rate", "target_system", "target_component", "req_stream_id", "start_stop"]
+    fieldtypes = ["uint8_t", "uint8_t", "uint8_t", "uint16_t", "uint8_t"]
+    fielddisplays_by_name: Dict[str, str] = {}
+    fieldenums_by_name: Dict[str, str] = {"req_stream_id": "MAV_DATA_STREAM"}
+    fieldunits_by_name: Dict[str, str] = {"req_message_rate": "Hz"}
+    native_format = bytearray(b"<HBBBB")
+    orders = [1, 2, 3, 0, 4]
+    lengths = [1, 1, 1, 1, 1]
+    array_lengths = [0, 0, 0, 0, 0]
+    crc_extra = 148
+    unpacker = struct.Struct("<HBBBB")
+    instance_field = None
+    instance_offset = -1
+
+    def __init__(self, target_system: int, target_component: int, req_stream_id: int, req_message_rate: int, start_stop: int):
+        MAVLink_message.__init__(self, MAVLink_request_data_stream_message.id, MAVLink_request_data_stream_message.msgname)
+        self._fieldnames = MAVLink_request_data_stream_message.fieldnames
+        self._instance_field = MAVLink_request_data_stream_message.instance_field
+        self._instance_offset = MAVLink_request_data_stream_message.instance_offset
+        self.target_system = target_system
+        self.target_component = target_component
+        self.req_stream_id = req_stream_id
+        self.req_message_rate = req_message_rate
+        self.start_stop = start_stop
+
+    def pack(self, mav: "MAVLink", force_mavlink1: bool = False) -> bytes:
+        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.req_message_rate, self.target_system, self.target_component, self.req_stream_id, self.start_stop), force_mavlink1=force_mavlink1)
+
+
+# Define name on the class for backwards compatibility (it is now msgname).
+# Done with setattr to hide the class variable from mypy.
+setattr(MAVLink_request_data_stream_message, "name", mavlink_msg_deprecated_name_property())
+
+
 class MAVLink_manual_control_message(MAVLink_message):
     """
     This message provides an API for manually controlling the vehicle
@@ -1791,6 +2389,59 @@ class MAVLink_manual_control_message(MAVLink_message):
 # Define name on the class for backwards compatibility (it is now msgname).
 # Done with setattr to hide the class variable from mypy.
 setattr(MAVLink_manual_control_message, "name", mavlink_msg_deprecated_name_property())
+
+
+class MAVLink_command_int_message(MAVLink_message):
+    """
+    Message encoding a command with parameters as scaled integers.
+    Scaling depends on the actual command value. The command
+    microservice is documented at
+    https://mavlink.io/en/services/command.html
+    """
+
+    id = MAVLINK_MSG_ID_COMMAND_INT
+    msgname = "COMMAND_INT"
+    fieldnames = ["target_system", "target_component", "frame", "command", "current", "autocontinue", "param1", "param2", "param3", "param4", "x", "y", "z"]
+    ordered_fieldnames = ["param1", "param2", "param3", "param4", "x", "y", "z", "command", "target_system", "target_component", "frame", "current", "autocontinue"]
+    fieldtypes = ["uint8_t", "uint8_t", "uint8_t", "uint16_t", "uint8_t", "uint8_t", "float", "float", "float", "float", "int32_t", "int32_t", "float"]
+    fielddisplays_by_name: Dict[str, str] = {}
+    fieldenums_by_name: Dict[str, str] = {"frame": "MAV_FRAME", "command": "MAV_CMD"}
+    fieldunits_by_name: Dict[str, str] = {}
+    native_format = bytearray(b"<ffffiifHBBBBB")
+    orders = [8, 9, 10, 7, 11, 12, 0, 1, 2, 3, 4, 5, 6]
+    lengths = [1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1]
+    array_lengths = [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]
+    crc_extra = 158
+    unpacker = struct.Struct("<ffffiifHBBBBB")
+    instance_field = None
+    instance_offset = -1
+
+    def __init__(self, target_system: int, target_component: int, frame: int, command: int, current: int, autocontinue: int, param1: float, param2: float, param3: float, param4: float, x: int, y: int, z: float):
+        MAVLink_message.__init__(self, MAVLink_command_int_message.id, MAVLink_command_int_message.msgname)
+        self._fieldnames = MAVLink_command_int_message.fieldnames
+        self._instance_field = MAVLink_command_int_message.instance_field
+        self._instance_offset = MAVLink_command_int_message.instance_offset
+        self.target_system = target_system
+        self.target_component = target_component
+        self.frame = frame
+        self.command = command
+        self.current = current
+        self.autocontinue = autocontinue
+        self.param1 = param1
+        self.param2 = param2
+        self.param3 = param3
+        self.param4 = param4
+        self.x = x
+        self.y = y
+        self.z = z
+
+    def pack(self, mav: "MAVLink", force_mavlink1: bool = False) -> bytes:
+        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.param1, self.param2, self.param3, self.param4, self.x, self.y, self.z, self.command, self.target_system, self.target_component, self.frame, self.current, self.autocontinue), force_mavlink1=force_mavlink1)
+
+
+# Define name on the class for backwards compatibility (it is now msgname).
+# Done with setattr to hide the class variable from mypy.
+setattr(MAVLink_command_int_message, "name", mavlink_msg_deprecated_name_property())
 
 
 class MAVLink_command_long_message(MAVLink_message):
@@ -1933,6 +2584,92 @@ class MAVLink_hil_actuator_controls_message(MAVLink_message):
 setattr(MAVLink_hil_actuator_controls_message, "name", mavlink_msg_deprecated_name_property())
 
 
+class MAVLink_radio_status_message(MAVLink_message):
+    """
+    Status generated by radio and injected into MAVLink stream.
+    """
+
+    id = MAVLINK_MSG_ID_RADIO_STATUS
+    msgname = "RADIO_STATUS"
+    fieldnames = ["rssi", "remrssi", "txbuf", "noise", "remnoise", "rxerrors", "fixed"]
+    ordered_fieldnames = ["rxerrors", "fixed", "rssi", "remrssi", "txbuf", "noise", "remnoise"]
+    fieldtypes = ["uint8_t", "uint8_t", "uint8_t", "uint8_t", "uint8_t", "uint16_t", "uint16_t"]
+    fielddisplays_by_name: Dict[str, str] = {}
+    fieldenums_by_name: Dict[str, str] = {}
+    fieldunits_by_name: Dict[str, str] = {"txbuf": "%"}
+    native_format = bytearray(b"<HHBBBBB")
+    orders = [2, 3, 4, 5, 6, 0, 1]
+    lengths = [1, 1, 1, 1, 1, 1, 1]
+    array_lengths = [0, 0, 0, 0, 0, 0, 0]
+    crc_extra = 185
+    unpacker = struct.Struct("<HHBBBBB")
+    instance_field = None
+    instance_offset = -1
+
+    def __init__(self, rssi: int, remrssi: int, txbuf: int, noise: int, remnoise: int, rxerrors: int, fixed: int):
+        MAVLink_message.__init__(self, MAVLink_radio_status_message.id, MAVLink_radio_status_message.msgname)
+        self._fieldnames = MAVLink_radio_status_message.fieldnames
+        self._instance_field = MAVLink_radio_status_message.instance_field
+        self._instance_offset = MAVLink_radio_status_message.instance_offset
+        self.rssi = rssi
+        self.remrssi = remrssi
+        self.txbuf = txbuf
+        self.noise = noise
+        self.remnoise = remnoise
+        self.rxerrors = rxerrors
+        self.fixed = fixed
+
+    def pack(self, mav: "MAVLink", force_mavlink1: bool = False) -> bytes:
+        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.rxerrors, self.fixed, self.rssi, self.remrssi, self.txbuf, self.noise, self.remnoise), force_mavlink1=force_mavlink1)
+
+
+# Define name on the class for backwards compatibility (it is now msgname).
+# Done with setattr to hide the class variable from mypy.
+setattr(MAVLink_radio_status_message, "name", mavlink_msg_deprecated_name_property())
+
+
+class MAVLink_file_transfer_protocol_message(MAVLink_message):
+    """
+    File transfer protocol message:
+    https://mavlink.io/en/services/ftp.html.
+    """
+
+    id = MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL
+    msgname = "FILE_TRANSFER_PROTOCOL"
+    fieldnames = ["target_network", "target_system", "target_component", "payload"]
+    ordered_fieldnames = ["target_network", "target_system", "target_component", "payload"]
+    fieldtypes = ["uint8_t", "uint8_t", "uint8_t", "uint8_t"]
+    fielddisplays_by_name: Dict[str, str] = {}
+    fieldenums_by_name: Dict[str, str] = {}
+    fieldunits_by_name: Dict[str, str] = {}
+    native_format = bytearray(b"<BBBB")
+    orders = [0, 1, 2, 3]
+    lengths = [1, 1, 1, 251]
+    array_lengths = [0, 0, 0, 251]
+    crc_extra = 84
+    unpacker = struct.Struct("<BBB251B")
+    instance_field = None
+    instance_offset = -1
+
+    def __init__(self, target_network: int, target_system: int, target_component: int, payload: Sequence[int]):
+        MAVLink_message.__init__(self, MAVLink_file_transfer_protocol_message.id, MAVLink_file_transfer_protocol_message.msgname)
+        self._fieldnames = MAVLink_file_transfer_protocol_message.fieldnames
+        self._instance_field = MAVLink_file_transfer_protocol_message.instance_field
+        self._instance_offset = MAVLink_file_transfer_protocol_message.instance_offset
+        self.target_network = target_network
+        self.target_system = target_system
+        self.target_component = target_component
+        self.payload = payload
+
+    def pack(self, mav: "MAVLink", force_mavlink1: bool = False) -> bytes:
+        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.target_network, self.target_system, self.target_component, self.payload[0], self.payload[1], self.payload[2], self.payload[3], self.payload[4], self.payload[5], self.payload[6], self.payload[7], self.payload[8], self.payload[9], self.payload[10], self.payload[11], self.payload[12], self.payload[13], self.payload[14], self.payload[15], self.payload[16], self.payload[17], self.payload[18], self.payload[19], self.payload[20], self.payload[21], self.payload[22], self.payload[23], self.payload[24], self.payload[25], self.payload[26], self.payload[27], self.payload[28], self.payload[29], self.payload[30], self.payload[31], self.payload[32], self.payload[33], self.payload[34], self.payload[35], self.payload[36], self.payload[37], self.payload[38], self.payload[39], self.payload[40], self.payload[41], self.payload[42], self.payload[43], self.payload[44], self.payload[45], self.payload[46], self.payload[47], self.payload[48], self.payload[49], self.payload[50], self.payload[51], self.payload[52], self.payload[53], self.payload[54], self.payload[55], self.payload[56], self.payload[57], self.payload[58], self.payload[59], self.payload[60], self.payload[61], self.payload[62], self.payload[63], self.payload[64], self.payload[65], self.payload[66], self.payload[67], self.payload[68], self.payload[69], self.payload[70], self.payload[71], self.payload[72], self.payload[73], self.payload[74], self.payload[75], self.payload[76], self.payload[77], self.payload[78], self.payload[79], self.payload[80], self.payload[81], self.payload[82], self.payload[83], self.payload[84], self.payload[85], self.payload[86], self.payload[87], self.payload[88], self.payload[89], self.payload[90], self.payload[91], self.payload[92], self.payload[93], self.payload[94], self.payload[95], self.payload[96], self.payload[97], self.payload[98], self.payload[99], self.payload[100], self.payload[101], self.payload[102], self.payload[103], self.payload[104], self.payload[105], self.payload[106], self.payload[107], self.payload[108], self.payload[109], self.payload[110], self.payload[111], self.payload[112], self.payload[113], self.payload[114], self.payload[115], self.payload[116], self.payload[117], self.payload[118], self.payload[119], self.payload[120], self.payload[121], self.payload[122], self.payload[123], self.payload[124], self.payload[125], self.payload[126], self.payload[127], self.payload[128], self.payload[129], self.payload[130], self.payload[131], self.payload[132], self.payload[133], self.payload[134], self.payload[135], self.payload[136], self.payload[137], self.payload[138], self.payload[139], self.payload[140], self.payload[141], self.payload[142], self.payload[143], self.payload[144], self.payload[145], self.payload[146], self.payload[147], self.payload[148], self.payload[149], self.payload[150], self.payload[151], self.payload[152], self.payload[153], self.payload[154], self.payload[155], self.payload[156], self.payload[157], self.payload[158], self.payload[159], self.payload[160], self.payload[161], self.payload[162], self.payload[163], self.payload[164], self.payload[165], self.payload[166], self.payload[167], self.payload[168], self.payload[169], self.payload[170], self.payload[171], self.payload[172], self.payload[173], self.payload[174], self.payload[175], self.payload[176], self.payload[177], self.payload[178], self.payload[179], self.payload[180], self.payload[181], self.payload[182], self.payload[183], self.payload[184], self.payload[185], self.payload[186], self.payload[187], self.payload[188], self.payload[189], self.payload[190], self.payload[191], self.payload[192], self.payload[193], self.payload[194], self.payload[195], self.payload[196], self.payload[197], self.payload[198], self.payload[199], self.payload[200], self.payload[201], self.payload[202], self.payload[203], self.payload[204], self.payload[205], self.payload[206], self.payload[207], self.payload[208], self.payload[209], self.payload[210], self.payload[211], self.payload[212], self.payload[213], self.payload[214], self.payload[215], self.payload[216], self.payload[217], self.payload[218], self.payload[219], self.payload[220], self.payload[221], self.payload[222], self.payload[223], self.payload[224], self.payload[225], self.payload[226], self.payload[227], self.payload[228], self.payload[229], self.payload[230], self.payload[231], self.payload[232], self.payload[233], self.payload[234], self.payload[235], self.payload[236], self.payload[237], self.payload[238], self.payload[239], self.payload[240], self.payload[241], self.payload[242], self.payload[243], self.payload[244], self.payload[245], self.payload[246], self.payload[247], self.payload[248], self.payload[249], self.payload[250]), force_mavlink1=force_mavlink1)
+
+
+# Define name on the class for backwards compatibility (it is now msgname).
+# Done with setattr to hide the class variable from mypy.
+setattr(MAVLink_file_transfer_protocol_message, "name", mavlink_msg_deprecated_name_property())
+
+
 class MAVLink_timesync_message(MAVLink_message):
     """
     Time synchronization message.         The message is used for both
@@ -1988,6 +2725,93 @@ class MAVLink_timesync_message(MAVLink_message):
 # Define name on the class for backwards compatibility (it is now msgname).
 # Done with setattr to hide the class variable from mypy.
 setattr(MAVLink_timesync_message, "name", mavlink_msg_deprecated_name_property())
+
+
+class MAVLink_message_interval_message(MAVLink_message):
+    """
+    The interval between messages for a particular MAVLink message ID.
+    This message is sent in response to the MAV_CMD_REQUEST_MESSAGE
+    command with param1=244 (this message) and param2=message_id (the
+    id of the message for which the interval is required).         It
+    may also be sent in response to MAV_CMD_GET_MESSAGE_INTERVAL.
+    This interface replaces DATA_STREAM.
+    """
+
+    id = MAVLINK_MSG_ID_MESSAGE_INTERVAL
+    msgname = "MESSAGE_INTERVAL"
+    fieldnames = ["message_id", "interval_us"]
+    ordered_fieldnames = ["interval_us", "message_id"]
+    fieldtypes = ["uint16_t", "int32_t"]
+    fielddisplays_by_name: Dict[str, str] = {}
+    fieldenums_by_name: Dict[str, str] = {}
+    fieldunits_by_name: Dict[str, str] = {"interval_us": "us"}
+    native_format = bytearray(b"<iH")
+    orders = [1, 0]
+    lengths = [1, 1]
+    array_lengths = [0, 0]
+    crc_extra = 95
+    unpacker = struct.Struct("<iH")
+    instance_field = None
+    instance_offset = -1
+
+    def __init__(self, message_id: int, interval_us: int):
+        MAVLink_message.__init__(self, MAVLink_message_interval_message.id, MAVLink_message_interval_message.msgname)
+        self._fieldnames = MAVLink_message_interval_message.fieldnames
+        self._instance_field = MAVLink_message_interval_message.instance_field
+        self._instance_offset = MAVLink_message_interval_message.instance_offset
+        self.message_id = message_id
+        self.interval_us = interval_us
+
+    def pack(self, mav: "MAVLink", force_mavlink1: bool = False) -> bytes:
+        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.interval_us, self.message_id), force_mavlink1=force_mavlink1)
+
+
+# Define name on the class for backwards compatibility (it is now msgname).
+# Done with setattr to hide the class variable from mypy.
+setattr(MAVLink_message_interval_message, "name", mavlink_msg_deprecated_name_property())
+
+
+class MAVLink_named_value_float_message(MAVLink_message):
+    """
+    Send a key-value pair as float. The use of this message is
+    discouraged for normal packets, but a quite efficient way for
+    testing new messages and getting experimental debug output.
+    """
+
+    id = MAVLINK_MSG_ID_NAMED_VALUE_FLOAT
+    msgname = "NAMED_VALUE_FLOAT"
+    fieldnames = ["time_boot_ms", "name", "value"]
+    ordered_fieldnames = ["time_boot_ms", "value", "name"]
+    fieldtypes = ["uint32_t", "char", "float"]
+    fielddisplays_by_name: Dict[str, str] = {}
+    fieldenums_by_name: Dict[str, str] = {}
+    fieldunits_by_name: Dict[str, str] = {"time_boot_ms": "ms"}
+    native_format = bytearray(b"<Ifc")
+    orders = [0, 2, 1]
+    lengths = [1, 1, 1]
+    array_lengths = [0, 0, 10]
+    crc_extra = 170
+    unpacker = struct.Struct("<If10s")
+    instance_field = "name"
+    instance_offset = 8
+
+    def __init__(self, time_boot_ms: int, name: bytes, value: float):
+        MAVLink_message.__init__(self, MAVLink_named_value_float_message.id, MAVLink_named_value_float_message.msgname)
+        self._fieldnames = MAVLink_named_value_float_message.fieldnames
+        self._instance_field = MAVLink_named_value_float_message.instance_field
+        self._instance_offset = MAVLink_named_value_float_message.instance_offset
+        self.time_boot_ms = time_boot_ms
+        self._name_raw = name
+        self.name = name.split(b"\x00", 1)[0].decode("ascii", errors="replace")
+        self.value = value
+
+    def pack(self, mav: "MAVLink", force_mavlink1: bool = False) -> bytes:
+        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.time_boot_ms, self.value, self._name_raw), force_mavlink1=force_mavlink1)
+
+
+# Define name on the class for backwards compatibility (it is now msgname).
+# Done with setattr to hide the class variable from mypy.
+setattr(MAVLink_named_value_float_message, "name", mavlink_msg_deprecated_name_property())
 
 
 class MAVLink_statustext_message(MAVLink_message):
@@ -2180,6 +3004,10 @@ setattr(MAVLink_heartbeat_message, "name", mavlink_msg_deprecated_name_property(
 
 
 mavlink_map: Dict[int, Type[MAVLink_message]] = {
+    MAVLINK_MSG_ID_COMPONENT_METADATA: MAVLink_component_metadata_message,
+    MAVLINK_MSG_ID_AVAILABLE_MODES: MAVLink_available_modes_message,
+    MAVLINK_MSG_ID_CURRENT_MODE: MAVLink_current_mode_message,
+    MAVLINK_MSG_ID_AVAILABLE_MODES_MONITOR: MAVLink_available_modes_monitor_message,
     MAVLINK_MSG_ID_KITE_TICK: MAVLink_kite_tick_message,
     MAVLINK_MSG_ID_KITE_TICK_END: MAVLink_kite_tick_end_message,
     MAVLINK_MSG_ID_KITE_SENSORS: MAVLink_kite_sensors_message,
@@ -2191,11 +3019,19 @@ mavlink_map: Dict[int, Type[MAVLink_message]] = {
     MAVLINK_MSG_ID_PARAM_VALUE: MAVLink_param_value_message,
     MAVLINK_MSG_ID_PARAM_SET: MAVLink_param_set_message,
     MAVLINK_MSG_ID_LOCAL_POSITION_NED: MAVLink_local_position_ned_message,
+    MAVLINK_MSG_ID_MISSION_REQUEST_LIST: MAVLink_mission_request_list_message,
+    MAVLINK_MSG_ID_MISSION_COUNT: MAVLink_mission_count_message,
+    MAVLINK_MSG_ID_REQUEST_DATA_STREAM: MAVLink_request_data_stream_message,
     MAVLINK_MSG_ID_MANUAL_CONTROL: MAVLink_manual_control_message,
+    MAVLINK_MSG_ID_COMMAND_INT: MAVLink_command_int_message,
     MAVLINK_MSG_ID_COMMAND_LONG: MAVLink_command_long_message,
     MAVLINK_MSG_ID_COMMAND_ACK: MAVLink_command_ack_message,
     MAVLINK_MSG_ID_HIL_ACTUATOR_CONTROLS: MAVLink_hil_actuator_controls_message,
+    MAVLINK_MSG_ID_RADIO_STATUS: MAVLink_radio_status_message,
+    MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL: MAVLink_file_transfer_protocol_message,
     MAVLINK_MSG_ID_TIMESYNC: MAVLink_timesync_message,
+    MAVLINK_MSG_ID_MESSAGE_INTERVAL: MAVLink_message_interval_message,
+    MAVLINK_MSG_ID_NAMED_VALUE_FLOAT: MAVLink_named_value_float_message,
     MAVLINK_MSG_ID_STATUSTEXT: MAVLink_statustext_message,
     MAVLINK_MSG_ID_PARAM_ERROR: MAVLink_param_error_message,
     MAVLINK_MSG_ID_AUTOPILOT_VERSION: MAVLink_autopilot_version_message,
@@ -2596,6 +3432,96 @@ class MAVLink(object):
         m._header = MAVLink_header(msgId, incompat_flags, compat_flags, mlen, seq, srcSystem, srcComponent)
         return m
 
+    def component_metadata_encode(self, time_boot_ms: int, file_crc: int, uri: bytes) -> MAVLink_component_metadata_message:
+        """
+        Where the general metadata file of a component is.
+
+        time_boot_ms              : Time since start. [ms] (type:uint32_t)
+        file_crc                  : CRC32 of the general metadata file. (type:uint32_t)
+        uri                       : MAVFTP URI of the general metadata file. (type:char)
+
+        """
+        return MAVLink_component_metadata_message(time_boot_ms, file_crc, uri)
+
+    def component_metadata_send(self, time_boot_ms: int, file_crc: int, uri: bytes, force_mavlink1: bool = False) -> None:
+        """
+        Where the general metadata file of a component is.
+
+        time_boot_ms              : Time since start. [ms] (type:uint32_t)
+        file_crc                  : CRC32 of the general metadata file. (type:uint32_t)
+        uri                       : MAVFTP URI of the general metadata file. (type:char)
+
+        """
+        self.send(self.component_metadata_encode(time_boot_ms, file_crc, uri), force_mavlink1=force_mavlink1)
+
+    def available_modes_encode(self, number_modes: int, mode_index: int, standard_mode: int, custom_mode: int, properties: int, mode_name: bytes) -> MAVLink_available_modes_message:
+        """
+        One of the modes that there are.
+
+        number_modes              : How many there are. (type:uint8_t)
+        mode_index                : Which of them this is, from 1. (type:uint8_t)
+        standard_mode             : Standard mode. (type:uint8_t, values:MAV_STANDARD_MODE)
+        custom_mode               : HEARTBEAT.custom_mode in this mode. (type:uint32_t)
+        properties                : Mode properties. (type:uint32_t, values:MAV_MODE_PROPERTY)
+        mode_name                 : Its name. (type:char)
+
+        """
+        return MAVLink_available_modes_message(number_modes, mode_index, standard_mode, custom_mode, properties, mode_name)
+
+    def available_modes_send(self, number_modes: int, mode_index: int, standard_mode: int, custom_mode: int, properties: int, mode_name: bytes, force_mavlink1: bool = False) -> None:
+        """
+        One of the modes that there are.
+
+        number_modes              : How many there are. (type:uint8_t)
+        mode_index                : Which of them this is, from 1. (type:uint8_t)
+        standard_mode             : Standard mode. (type:uint8_t, values:MAV_STANDARD_MODE)
+        custom_mode               : HEARTBEAT.custom_mode in this mode. (type:uint32_t)
+        properties                : Mode properties. (type:uint32_t, values:MAV_MODE_PROPERTY)
+        mode_name                 : Its name. (type:char)
+
+        """
+        self.send(self.available_modes_encode(number_modes, mode_index, standard_mode, custom_mode, properties, mode_name), force_mavlink1=force_mavlink1)
+
+    def current_mode_encode(self, standard_mode: int, custom_mode: int, intended_custom_mode: int) -> MAVLink_current_mode_message:
+        """
+        The present mode.
+
+        standard_mode             : Standard mode. (type:uint8_t, values:MAV_STANDARD_MODE)
+        custom_mode               : HEARTBEAT.custom_mode. (type:uint32_t)
+        intended_custom_mode        : The mode that was last commanded; 0 where that is not told. (type:uint32_t)
+
+        """
+        return MAVLink_current_mode_message(standard_mode, custom_mode, intended_custom_mode)
+
+    def current_mode_send(self, standard_mode: int, custom_mode: int, intended_custom_mode: int, force_mavlink1: bool = False) -> None:
+        """
+        The present mode.
+
+        standard_mode             : Standard mode. (type:uint8_t, values:MAV_STANDARD_MODE)
+        custom_mode               : HEARTBEAT.custom_mode. (type:uint32_t)
+        intended_custom_mode        : The mode that was last commanded; 0 where that is not told. (type:uint32_t)
+
+        """
+        self.send(self.current_mode_encode(standard_mode, custom_mode, intended_custom_mode), force_mavlink1=force_mavlink1)
+
+    def available_modes_monitor_encode(self, seq: int) -> MAVLink_available_modes_monitor_message:
+        """
+        Changes when the modes that there are change.
+
+        seq                       : Sequence number. (type:uint8_t)
+
+        """
+        return MAVLink_available_modes_monitor_message(seq)
+
+    def available_modes_monitor_send(self, seq: int, force_mavlink1: bool = False) -> None:
+        """
+        Changes when the modes that there are change.
+
+        seq                       : Sequence number. (type:uint8_t)
+
+        """
+        self.send(self.available_modes_monitor_encode(seq), force_mavlink1=force_mavlink1)
+
     def kite_tick_encode(self, tick: int, time_us: int) -> MAVLink_kite_tick_message:
         """
         Lockstep: run one tick of the control loop at this time. Never
@@ -2694,8 +3620,8 @@ class MAVLink(object):
         airspeed                  : Apparent wind speed used. [m/s] (type:float)
         tether_force              : Tether force. [N] (type:float)
         steering                  : Actual steering as measured, -1 to 1. (type:float)
-        target_course             : Target turning angle, theta_t. [rad] (type:float)
-        cross_track               : Signed distance to the target curve; positive when the curve lies to the left of its own direction of flight, seen from the ground point outwards along gamma x T. [rad] (type:float)
+        target_course             : Target turning angle, theta_t; with prediction, the turning angle used plus the error steered by at the predicted place. [rad] (type:float)
+        cross_track               : Signed distance to the target curve, from the predicted place if there is one; positive when the curve lies to the left of its own direction of flight, seen from the ground point outwards along gamma x T. [rad] (type:float)
         path_parameter            : Parameter s of the nearest point of the target curve, 0 to 2 pi. [rad] (type:float)
         steering_asked            : Steering asked of the actuator, -1 to 1. (type:float)
         overruns                  : Ticks that took longer than a period, since start. (type:uint32_t)
@@ -2725,8 +3651,8 @@ class MAVLink(object):
         airspeed                  : Apparent wind speed used. [m/s] (type:float)
         tether_force              : Tether force. [N] (type:float)
         steering                  : Actual steering as measured, -1 to 1. (type:float)
-        target_course             : Target turning angle, theta_t. [rad] (type:float)
-        cross_track               : Signed distance to the target curve; positive when the curve lies to the left of its own direction of flight, seen from the ground point outwards along gamma x T. [rad] (type:float)
+        target_course             : Target turning angle, theta_t; with prediction, the turning angle used plus the error steered by at the predicted place. [rad] (type:float)
+        cross_track               : Signed distance to the target curve, from the predicted place if there is one; positive when the curve lies to the left of its own direction of flight, seen from the ground point outwards along gamma x T. [rad] (type:float)
         path_parameter            : Parameter s of the nearest point of the target curve, 0 to 2 pi. [rad] (type:float)
         steering_asked            : Steering asked of the actuator, -1 to 1. (type:float)
         overruns                  : Ticks that took longer than a period, since start. (type:uint32_t)
@@ -2994,6 +3920,84 @@ class MAVLink(object):
         """
         self.send(self.local_position_ned_encode(time_boot_ms, x, y, z, vx, vy, vz), force_mavlink1=force_mavlink1)
 
+    def mission_request_list_encode(self, target_system: int, target_component: int, mission_type: int = 0) -> MAVLink_mission_request_list_message:
+        """
+        Request the overall list of mission items from the system/component.
+
+        target_system             : System ID (type:uint8_t)
+        target_component          : Component ID (type:uint8_t)
+        mission_type              : Mission type. (type:uint8_t, values:MAV_MISSION_TYPE)
+
+        """
+        return MAVLink_mission_request_list_message(target_system, target_component, mission_type)
+
+    def mission_request_list_send(self, target_system: int, target_component: int, mission_type: int = 0, force_mavlink1: bool = False) -> None:
+        """
+        Request the overall list of mission items from the system/component.
+
+        target_system             : System ID (type:uint8_t)
+        target_component          : Component ID (type:uint8_t)
+        mission_type              : Mission type. (type:uint8_t, values:MAV_MISSION_TYPE)
+
+        """
+        self.send(self.mission_request_list_encode(target_system, target_component, mission_type), force_mavlink1=force_mavlink1)
+
+    def mission_count_encode(self, target_system: int, target_component: int, count: int, mission_type: int = 0) -> MAVLink_mission_count_message:
+        """
+        This message is emitted as response to MISSION_REQUEST_LIST by the MAV
+        and to initiate a write transaction. The GCS can then request
+        the individual mission item based on the knowledge of the
+        total number of waypoints.
+
+        target_system             : System ID (type:uint8_t)
+        target_component          : Component ID (type:uint8_t)
+        count                     : Number of mission items in the sequence (type:uint16_t)
+        mission_type              : Mission type. (type:uint8_t, values:MAV_MISSION_TYPE)
+
+        """
+        return MAVLink_mission_count_message(target_system, target_component, count, mission_type)
+
+    def mission_count_send(self, target_system: int, target_component: int, count: int, mission_type: int = 0, force_mavlink1: bool = False) -> None:
+        """
+        This message is emitted as response to MISSION_REQUEST_LIST by the MAV
+        and to initiate a write transaction. The GCS can then request
+        the individual mission item based on the knowledge of the
+        total number of waypoints.
+
+        target_system             : System ID (type:uint8_t)
+        target_component          : Component ID (type:uint8_t)
+        count                     : Number of mission items in the sequence (type:uint16_t)
+        mission_type              : Mission type. (type:uint8_t, values:MAV_MISSION_TYPE)
+
+        """
+        self.send(self.mission_count_encode(target_system, target_component, count, mission_type), force_mavlink1=force_mavlink1)
+
+    def request_data_stream_encode(self, target_system: int, target_component: int, req_stream_id: int, req_message_rate: int, start_stop: int) -> MAVLink_request_data_stream_message:
+        """
+        Request a data stream.
+
+        target_system             : The target requested to send the message stream. (type:uint8_t)
+        target_component          : The target requested to send the message stream. (type:uint8_t)
+        req_stream_id             : The ID of the requested data stream. (type:uint8_t, values:MAV_DATA_STREAM)
+        req_message_rate          : The requested message rate [Hz] (type:uint16_t)
+        start_stop                : 1 to start sending, 0 to stop sending. (type:uint8_t)
+
+        """
+        return MAVLink_request_data_stream_message(target_system, target_component, req_stream_id, req_message_rate, start_stop)
+
+    def request_data_stream_send(self, target_system: int, target_component: int, req_stream_id: int, req_message_rate: int, start_stop: int, force_mavlink1: bool = False) -> None:
+        """
+        Request a data stream.
+
+        target_system             : The target requested to send the message stream. (type:uint8_t)
+        target_component          : The target requested to send the message stream. (type:uint8_t)
+        req_stream_id             : The ID of the requested data stream. (type:uint8_t, values:MAV_DATA_STREAM)
+        req_message_rate          : The requested message rate [Hz] (type:uint16_t)
+        start_stop                : 1 to start sending, 0 to stop sending. (type:uint8_t)
+
+        """
+        self.send(self.request_data_stream_encode(target_system, target_component, req_stream_id, req_message_rate, start_stop), force_mavlink1=force_mavlink1)
+
     def manual_control_encode(self, target: int, x: int, y: int, z: int, r: int, buttons: int, buttons2: int = 0, enabled_extensions: int = 0, s: int = 0, t: int = 0, aux1: int = 0, aux2: int = 0, aux3: int = 0, aux4: int = 0, aux5: int = 0, aux6: int = 0) -> MAVLink_manual_control_message:
         """
         This message provides an API for manually controlling the vehicle
@@ -3049,6 +4053,52 @@ class MAVLink(object):
 
         """
         self.send(self.manual_control_encode(target, x, y, z, r, buttons, buttons2, enabled_extensions, s, t, aux1, aux2, aux3, aux4, aux5, aux6), force_mavlink1=force_mavlink1)
+
+    def command_int_encode(self, target_system: int, target_component: int, frame: int, command: int, current: int, autocontinue: int, param1: float, param2: float, param3: float, param4: float, x: int, y: int, z: float) -> MAVLink_command_int_message:
+        """
+        Message encoding a command with parameters as scaled integers. Scaling
+        depends on the actual command value. The command microservice
+        is documented at https://mavlink.io/en/services/command.html
+
+        target_system             : System ID (type:uint8_t)
+        target_component          : Component ID (type:uint8_t)
+        frame                     : The coordinate system of the COMMAND. (type:uint8_t, values:MAV_FRAME)
+        command                   : The scheduled action for the mission item. (type:uint16_t, values:MAV_CMD)
+        current                   : Not used. (type:uint8_t)
+        autocontinue              : Not used (set 0). (type:uint8_t)
+        param1                    : PARAM1, see MAV_CMD enum (type:float)
+        param2                    : PARAM2, see MAV_CMD enum (type:float)
+        param3                    : PARAM3, see MAV_CMD enum (type:float)
+        param4                    : PARAM4, see MAV_CMD enum (type:float)
+        x                         : PARAM5 / local: x position in meters * 1e4, global: latitude in degrees * 10^7 (type:int32_t)
+        y                         : PARAM6 / local: y position in meters * 1e4, global: longitude in degrees * 10^7 (type:int32_t)
+        z                         : PARAM7 / z position: global: altitude in meters (relative or absolute, depending on frame). (type:float)
+
+        """
+        return MAVLink_command_int_message(target_system, target_component, frame, command, current, autocontinue, param1, param2, param3, param4, x, y, z)
+
+    def command_int_send(self, target_system: int, target_component: int, frame: int, command: int, current: int, autocontinue: int, param1: float, param2: float, param3: float, param4: float, x: int, y: int, z: float, force_mavlink1: bool = False) -> None:
+        """
+        Message encoding a command with parameters as scaled integers. Scaling
+        depends on the actual command value. The command microservice
+        is documented at https://mavlink.io/en/services/command.html
+
+        target_system             : System ID (type:uint8_t)
+        target_component          : Component ID (type:uint8_t)
+        frame                     : The coordinate system of the COMMAND. (type:uint8_t, values:MAV_FRAME)
+        command                   : The scheduled action for the mission item. (type:uint16_t, values:MAV_CMD)
+        current                   : Not used. (type:uint8_t)
+        autocontinue              : Not used (set 0). (type:uint8_t)
+        param1                    : PARAM1, see MAV_CMD enum (type:float)
+        param2                    : PARAM2, see MAV_CMD enum (type:float)
+        param3                    : PARAM3, see MAV_CMD enum (type:float)
+        param4                    : PARAM4, see MAV_CMD enum (type:float)
+        x                         : PARAM5 / local: x position in meters * 1e4, global: latitude in degrees * 10^7 (type:int32_t)
+        y                         : PARAM6 / local: y position in meters * 1e4, global: longitude in degrees * 10^7 (type:int32_t)
+        z                         : PARAM7 / z position: global: altitude in meters (relative or absolute, depending on frame). (type:float)
+
+        """
+        self.send(self.command_int_encode(target_system, target_component, frame, command, current, autocontinue, param1, param2, param3, param4, x, y, z), force_mavlink1=force_mavlink1)
 
     def command_long_encode(self, target_system: int, target_component: int, command: int, confirmation: int, param1: float, param2: float, param3: float, param4: float, param5: float, param6: float, param7: float) -> MAVLink_command_long_message:
         """
@@ -3158,6 +4208,62 @@ class MAVLink(object):
         """
         self.send(self.hil_actuator_controls_encode(time_usec, controls, mode, flags), force_mavlink1=force_mavlink1)
 
+    def radio_status_encode(self, rssi: int, remrssi: int, txbuf: int, noise: int, remnoise: int, rxerrors: int, fixed: int) -> MAVLink_radio_status_message:
+        """
+        Status generated by radio and injected into MAVLink stream.
+
+        rssi                      : Local (message sender) received signal strength indication in device-dependent units/scale. Values: [0-254], UINT8_MAX: invalid/unknown. (type:uint8_t)
+        remrssi                   : Remote (message receiver) signal strength indication in device-dependent units/scale. Values: [0-254], UINT8_MAX: invalid/unknown. (type:uint8_t)
+        txbuf                     : Remaining free transmitter buffer space. [%] (type:uint8_t)
+        noise                     : Local background noise level. These are device dependent RSSI values (scale as approx 2x dB on SiK radios). Values: [0-254], UINT8_MAX: invalid/unknown. (type:uint8_t)
+        remnoise                  : Remote background noise level. These are device dependent RSSI values (scale as approx 2x dB on SiK radios). Values: [0-254], UINT8_MAX: invalid/unknown. (type:uint8_t)
+        rxerrors                  : Count of radio packet receive errors (since boot). (type:uint16_t)
+        fixed                     : Count of error corrected radio packets (since boot). (type:uint16_t)
+
+        """
+        return MAVLink_radio_status_message(rssi, remrssi, txbuf, noise, remnoise, rxerrors, fixed)
+
+    def radio_status_send(self, rssi: int, remrssi: int, txbuf: int, noise: int, remnoise: int, rxerrors: int, fixed: int, force_mavlink1: bool = False) -> None:
+        """
+        Status generated by radio and injected into MAVLink stream.
+
+        rssi                      : Local (message sender) received signal strength indication in device-dependent units/scale. Values: [0-254], UINT8_MAX: invalid/unknown. (type:uint8_t)
+        remrssi                   : Remote (message receiver) signal strength indication in device-dependent units/scale. Values: [0-254], UINT8_MAX: invalid/unknown. (type:uint8_t)
+        txbuf                     : Remaining free transmitter buffer space. [%] (type:uint8_t)
+        noise                     : Local background noise level. These are device dependent RSSI values (scale as approx 2x dB on SiK radios). Values: [0-254], UINT8_MAX: invalid/unknown. (type:uint8_t)
+        remnoise                  : Remote background noise level. These are device dependent RSSI values (scale as approx 2x dB on SiK radios). Values: [0-254], UINT8_MAX: invalid/unknown. (type:uint8_t)
+        rxerrors                  : Count of radio packet receive errors (since boot). (type:uint16_t)
+        fixed                     : Count of error corrected radio packets (since boot). (type:uint16_t)
+
+        """
+        self.send(self.radio_status_encode(rssi, remrssi, txbuf, noise, remnoise, rxerrors, fixed), force_mavlink1=force_mavlink1)
+
+    def file_transfer_protocol_encode(self, target_network: int, target_system: int, target_component: int, payload: Sequence[int]) -> MAVLink_file_transfer_protocol_message:
+        """
+        File transfer protocol message:
+        https://mavlink.io/en/services/ftp.html.
+
+        target_network            : Network ID (0 for broadcast) (type:uint8_t)
+        target_system             : System ID (0 for broadcast) (type:uint8_t)
+        target_component          : Component ID (0 for broadcast) (type:uint8_t)
+        payload                   : Variable length payload. The length is defined by the remaining message length when subtracting the header and other fields. The content/format of this block is defined in https://mavlink.io/en/services/ftp.html. (type:uint8_t)
+
+        """
+        return MAVLink_file_transfer_protocol_message(target_network, target_system, target_component, payload)
+
+    def file_transfer_protocol_send(self, target_network: int, target_system: int, target_component: int, payload: Sequence[int], force_mavlink1: bool = False) -> None:
+        """
+        File transfer protocol message:
+        https://mavlink.io/en/services/ftp.html.
+
+        target_network            : Network ID (0 for broadcast) (type:uint8_t)
+        target_system             : System ID (0 for broadcast) (type:uint8_t)
+        target_component          : Component ID (0 for broadcast) (type:uint8_t)
+        payload                   : Variable length payload. The length is defined by the remaining message length when subtracting the header and other fields. The content/format of this block is defined in https://mavlink.io/en/services/ftp.html. (type:uint8_t)
+
+        """
+        self.send(self.file_transfer_protocol_encode(target_network, target_system, target_component, payload), force_mavlink1=force_mavlink1)
+
     def timesync_encode(self, tc1: int, ts1: int) -> MAVLink_timesync_message:
         """
         Time synchronization message.         The message is used for both
@@ -3215,6 +4321,64 @@ class MAVLink(object):
 
         """
         self.send(self.timesync_encode(tc1, ts1), force_mavlink1=force_mavlink1)
+
+    def message_interval_encode(self, message_id: int, interval_us: int) -> MAVLink_message_interval_message:
+        """
+        The interval between messages for a particular MAVLink message ID.
+        This message is sent in response to the
+        MAV_CMD_REQUEST_MESSAGE command with param1=244 (this message)
+        and param2=message_id (the id of the message for which the
+        interval is required).         It may also be sent in response
+        to MAV_CMD_GET_MESSAGE_INTERVAL.         This interface
+        replaces DATA_STREAM.
+
+        message_id                : The ID of the requested MAVLink message. v1.0 is limited to 254 messages. (type:uint16_t)
+        interval_us               : The interval between two messages. A value of -1 indicates this stream is disabled, 0 indicates it is not available, > 0 indicates the interval at which it is sent. [us] (type:int32_t)
+
+        """
+        return MAVLink_message_interval_message(message_id, interval_us)
+
+    def message_interval_send(self, message_id: int, interval_us: int, force_mavlink1: bool = False) -> None:
+        """
+        The interval between messages for a particular MAVLink message ID.
+        This message is sent in response to the
+        MAV_CMD_REQUEST_MESSAGE command with param1=244 (this message)
+        and param2=message_id (the id of the message for which the
+        interval is required).         It may also be sent in response
+        to MAV_CMD_GET_MESSAGE_INTERVAL.         This interface
+        replaces DATA_STREAM.
+
+        message_id                : The ID of the requested MAVLink message. v1.0 is limited to 254 messages. (type:uint16_t)
+        interval_us               : The interval between two messages. A value of -1 indicates this stream is disabled, 0 indicates it is not available, > 0 indicates the interval at which it is sent. [us] (type:int32_t)
+
+        """
+        self.send(self.message_interval_encode(message_id, interval_us), force_mavlink1=force_mavlink1)
+
+    def named_value_float_encode(self, time_boot_ms: int, name: bytes, value: float) -> MAVLink_named_value_float_message:
+        """
+        Send a key-value pair as float. The use of this message is discouraged
+        for normal packets, but a quite efficient way for testing new
+        messages and getting experimental debug output.
+
+        time_boot_ms              : Timestamp (time since system boot). [ms] (type:uint32_t)
+        name                      : Name of the debug variable (type:char)
+        value                     : Floating point value (type:float)
+
+        """
+        return MAVLink_named_value_float_message(time_boot_ms, name, value)
+
+    def named_value_float_send(self, time_boot_ms: int, name: bytes, value: float, force_mavlink1: bool = False) -> None:
+        """
+        Send a key-value pair as float. The use of this message is discouraged
+        for normal packets, but a quite efficient way for testing new
+        messages and getting experimental debug output.
+
+        time_boot_ms              : Timestamp (time since system boot). [ms] (type:uint32_t)
+        name                      : Name of the debug variable (type:char)
+        value                     : Floating point value (type:float)
+
+        """
+        self.send(self.named_value_float_encode(time_boot_ms, name, value), force_mavlink1=force_mavlink1)
 
     def statustext_encode(self, severity: int, text: bytes, id: int = 0, chunk_seq: int = 0) -> MAVLink_statustext_message:
         """

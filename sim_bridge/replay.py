@@ -38,9 +38,12 @@ class Replay(NamedTuple):
 
 
 def replay_scenario(data: FlightData) -> Scenario:
-    """The v3-flight scenario with the eight of this flight, its direction, and positions as the only source."""
+    """The v3-flight-paper scenario with the eight of this flight, its direction, and positions as the only source.
+
+    It predicts nothing: what is asked for here is never felt.
+    """
     eight = fit_eight(data.azimuth[data.reel_out], data.elevation[data.reel_out])
-    scenario = load_scenario("v3-flight")
+    scenario = load_scenario("v3-flight-paper")
     where = "the eight fitted to this flight"
     for name, value in (
         ("EIGHT_AZIMUTH", np.degrees(eight.azimuth)), ("EIGHT_ELEVATION", np.degrees(eight.elevation)),

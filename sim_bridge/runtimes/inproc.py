@@ -5,6 +5,7 @@ from typing import Any
 
 from firmware_py.autopilot import Autopilot
 from firmware_py.generated_messages import HIL_ACTUATOR_CONTROLS, KITE_SENSORS, KITE_STATE, MESSAGES
+from firmware_py.link_budget import LinkBudget
 from firmware_py.mavlink_encoder import LONGEST_FRAME, Encoder
 from sim_bridge.runtimes.interface import LEAD_IN_S, Message, TickOutput, clock_us
 from sim_bridge.sensors import Sample
@@ -27,6 +28,7 @@ class DirectLink:
         self.state: tuple[Any, ...] | None = None
         self.replies: list[Message] = []
         self.frames: list[bytes] = []
+        self.budget = LinkBudget(0)
         self._encoder = Encoder(1, 1) if keep_frames else None
 
     def set_system(self, system: int) -> None:

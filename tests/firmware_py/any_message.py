@@ -6,7 +6,7 @@ import struct
 
 from hypothesis import strategies as st
 
-from firmware_py.generated_messages import MESSAGES
+from protocol import dialect
 
 _SIGNED = {"b": 8, "h": 16, "i": 32, "q": 64}  # bits
 _UNSIGNED = {"B": 8, "H": 16, "I": 32, "Q": 64}
@@ -32,7 +32,7 @@ def one_value(code: str):
 def payloads(number: int):
     """Values of message `number`, field by field: a number, bytes, or a list of numbers."""
     strategies = []
-    for count, code in fields(MESSAGES[number][0]):
+    for count, code in fields(dialect.mavlink_map[number].unpacker.format):
         if code == "s":
             strategies.append(st.binary(max_size=count))
         elif count:

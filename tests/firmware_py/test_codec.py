@@ -14,6 +14,7 @@ from firmware_py.mavlink_decoder import Decoder
 from firmware_py.mavlink_encoder import LONGEST_FRAME, Encoder
 from protocol import dialect
 
+LONGEST_ARRAY = 32  # more numbers than that are bytes to the firmware
 UNKNOWN_ID = 230  # ESTIMATOR_STATUS, which a kite does not know
 EACH_MESSAGE = pytest.mark.parametrize("number", sorted(MESSAGES), ids=lambda n: dialect.mavlink_map[n].msgname)
 
@@ -22,6 +23,8 @@ def flat(values) -> tuple[Any, ...]:
     """Values as the firmware has them: arrays of numbers spread out."""
     spread = []
     for value in values:
+        if isinstance(value, list) and len(value) > LONGEST_ARRAY:
+            value = [bytes(value)]  # noqa: PLW2901
         spread += value if isinstance(value, list) else [value]
     return tuple(spread)
 
@@ -94,7 +97,7 @@ def test_both_codecs_make_the_same_bytes_and_read_them_back(number, data):
 
     heard: Any = dialect.MAVLink(None).decode(bytearray(frame))
     assert (heard.get_seq(), heard.get_srcSystem(), heard.get_srcComponent()) == (sequence, system, component)
-    names = zip(heard.ordered_fieldnames, fields(MESSAGES[number][0]), strict=True)
+    names = zip(heard.ordered_fieldnames, fields(heard.unpacker.format), strict=True)
     their_values = [getattr(heard, f"_{name}_raw" if code == "s" else name) for name, (_, code) in names]
     assert_same(number, flat(their_values), values)
 

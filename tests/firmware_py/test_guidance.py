@@ -204,3 +204,54 @@ def test_straight_above_and_straight_behind_give_numbers():
         settled_at(guidance, position, 0.0)
         assert all(map(math.isfinite, (guidance.target_course, guidance.cross_track, guidance.target_rate)))
         assert 0.0 <= guidance.path_parameter <= 2.0 * math.pi
+
+
+class Going:
+    """A kite that is somewhere, on a course, at SPEED: what the exact step wants to know."""
+
+    def __init__(self, position: np.ndarray, course: float):
+        self.frame, self.course, self.speed = frame_at(position), course, SPEED
+
+
+@settings(deadline=None, max_examples=100)
+@given(flyable(), st.floats(0.0, 2 * math.pi), st.floats(-0.1, 0.1), st.floats(-0.6, 0.6), st.floats(0.0, 10.0))
+def test_the_exact_rate_is_how_the_target_turns_past_a_kite_on_its_way(shape, s, offset, astray, gain):
+    """Against the target's change between two places a little way apart, with the meridians' turning taken out."""
+    guidance, numpy_eight = guidance_for(OUTER_L=gain, **shape)
+    curvature = max(abs(guidance.curve.geodesic_curvature(at)) for at in np.linspace(0.0, 6.28, 90))
+    position = beside(numpy_eight, s, offset / (0.3 * curvature) if curvature > 3.0 else offset)
+    settled_at(guidance, position, s, steps=40)
+    course = wrap(guidance.target_course + astray)
+    step, places = 1e-4, []
+    for _ in range(30):
+        guidance.step_exactly(Going(position, course))
+    rate = guidance.target_rate
+    for way in (-step, step):
+        place = moved(position, course, way)
+        for _ in range(30):
+            guidance.step_exactly(Going(place, course))
+        places.append((guidance.target_course, math.atan2(place[1], place[0])))
+    (before, azimuth), (after, azimuth_after) = places
+    turned = wrap(after - before) + position[2] * (azimuth_after - azimuth)
+    numeric = turned / (2.0 * step) * SPEED
+    assert rate == pytest.approx(numeric, abs=0.05 + 0.02 * abs(numeric))
+
+
+def test_changing_between_the_ways_to_a_rate_does_not_jump():
+    """Exact steps are at the place ahead: the first plain one must not take the way back for a turn."""
+    guidance, numpy_eight = guidance_for(FF_FILTER=0.125)
+    s, rates = 0.8, []
+    for tick in range(300):
+        ahead = 0.1 if 100 <= tick < 200 else 0.0
+        position = numpy_eight.position(np.array([s + ahead]))[0]
+        if ahead:
+            guidance.step_exactly(Going(position, float(numpy_eight.course(np.array([s + ahead]))[0])))
+        else:
+            guidance.step(frame_at(position), PERIOD_S)
+        rates.append(guidance.target_rate)
+        s += SPEED * PERIOD_S / float(np.linalg.norm(numpy_eight.derivatives(np.array([s]))[0][0]))
+    largest = max(map(abs, rates))
+    assert largest < 4.0
+    for tick in (100, 200):
+        assert abs(rates[tick] - rates[tick - 1]) < 0.25 * largest
+    assert max(abs(np.diff(rates[201:]))) < 0.1 * largest

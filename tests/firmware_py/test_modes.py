@@ -139,7 +139,7 @@ def test_a_copy_of_the_command_to_track_is_good_after_a_refused_parameter():
     ("command", "first", "second", "result"),
     [
         (410, 0.0, 0.0, UNSUPPORTED), (511, 245.0, 1e6, UNSUPPORTED), (0, 0.0, 0.0, UNSUPPORTED),
-        (65535, math.nan, math.nan, UNSUPPORTED), (REQUEST_MESSAGE, 397.0, 0.0, UNSUPPORTED),
+        (65535, math.nan, math.nan, UNSUPPORTED), (REQUEST_MESSAGE, 242.0, 0.0, UNSUPPORTED),
         (REQUEST_MESSAGE, math.nan, 0.0, UNSUPPORTED), (ARM, 2.0, 0.0, DENIED), (ARM, math.nan, 0.0, DENIED),
         (ARM, 0.5, 0.0, DENIED), (DO_SET_MODE, 1.0, math.nan, DENIED), (DO_SET_MODE, 1.0, math.inf, DENIED),
         (DO_SET_MODE, 1.0, -1.0, DENIED), (DO_SET_MODE, 1.0, 3e38, DENIED), (DO_SET_MODE, 1.0, 2.5, DENIED),

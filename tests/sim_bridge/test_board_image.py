@@ -16,6 +16,7 @@ from sim_bridge.runtimes.process import micropython_command
 
 ROOT = Path(__file__).parent.parent.parent
 FIRMWARE = sorted(path.stem for path in (ROOT / "firmware_py").glob("*.py"))
+SERVED = ["general.json", "parameters.json"]
 needs_micropython = pytest.mark.skipif(not micropython_command(), reason="needs MicroPython's unix port")
 
 
@@ -30,7 +31,8 @@ def boot(folder: Path, *script: str) -> list[str]:
 @pytest.mark.parametrize(("architecture", "ending"), [(None, "py"), ("armv6m", "mpy"), ("xtensawin", "mpy")])
 def test_an_image_holds_the_whole_firmware_one_line_and_settings(tmp_path, architecture, ending):
     files = lay_out(tmp_path / "new" / "board", {}, architecture)
-    assert files == ["main.py", "board.py", *(f"firmware_py/{name}.{ending}" for name in FIRMWARE)]
+    names = sorted([*(f"{name}.{ending}" for name in FIRMWARE), *SERVED])
+    assert files == ["main.py", "board.py", *(f"firmware_py/{name}" for name in names)]
     there = {str(path.relative_to(tmp_path / "new" / "board")) for path in tmp_path.rglob("*") if path.is_file()}
     assert there == set(files)
     assert (tmp_path / "new" / "board" / "main.py").read_text() == "import firmware_py.start\n"
@@ -73,7 +75,7 @@ def run(capsys, *arguments: str) -> tuple[int, str, str]:
 def test_the_command_says_what_it_made_and_what_is_wrong_in_one_line(capsys, tmp_path):
     code, out, _ = run(capsys, "board-image", str(tmp_path / "a"), "--json")
     said = json.loads(out)
-    assert code == 0 and len(said["files"]) == len(FIRMWARE) + 2 and said["bytes"] < 120_000
+    assert code == 0 and len(said["files"]) == len(FIRMWARE) + len(SERVED) + 2 and said["bytes"] < 120_000
     code, out, _ = run(capsys, "board-image", str(tmp_path / "a"))
     assert code == 0 and "board.py was there and is kept" in out
     (tmp_path / "file").write_text("")
@@ -130,5 +132,6 @@ def test_package_json_lists_exactly_the_firmware():
     text = (ROOT / "package.json").read_text("utf-8")
     assert text == package_listing.render()
     urls = json.loads(text)["urls"]
-    assert urls == [[f"firmware_py/{name}.py", f"firmware_py/{name}.py"] for name in FIRMWARE]
+    names = [*(f"firmware_py/{name}.py" for name in FIRMWARE), *(f"firmware_py/{name}" for name in SERVED)]
+    assert urls == [[name, name] for name in names]
     assert all((ROOT / source).is_file() for _, source in urls)

@@ -19,7 +19,7 @@ KEYS = {
 
 
 def fly(folder: Path, *arguments: str) -> Path:
-    assert main(["run", "v3-flight", "--json", "--log", str(folder), *arguments]) == 0
+    assert main(["run", "v3-flight-paper", "--json", "--log", str(folder), *arguments]) == 0
     return folder
 
 
@@ -50,22 +50,22 @@ def pushed(tmp_path_factory) -> Path:
 def test_a_simulated_kite_gives_back_what_it_was_made_of(capsys, pushed):
     found = identified(capsys, str(pushed))
     assert set(found) == KEYS
-    assert found["k_rad_per_m"] == pytest.approx(0.215, rel=1e-3)
-    assert found["gravity_m_s2"] == pytest.approx(4.0, rel=5e-3)
+    assert found["k_rad_per_m"] == pytest.approx(0.2165, rel=1e-3)
+    assert found["gravity_m_s2"] == pytest.approx(3.0, rel=5e-3)
     assert found["offset_rad_s"] == pytest.approx(0.1, abs=1e-3)
     assert found["r2"] > 0.9998 and abs(found["lag_s"]) < 0.005
-    # 0.5 s of the actuator and the up-link's share of the delay: 0.06 s less 0.02 s, a period, on the way down.
-    assert found["dead_time_s"] == pytest.approx(0.54, abs=0.005)
-    assert found["rate_limit_per_s"] == pytest.approx(0.2, rel=2e-3)
+    # 0.48 s of the actuator and the up-link's share of the delay: 0.06 s less 0.02 s, a period, on the way down.
+    assert found["dead_time_s"] == pytest.approx(0.52, abs=0.005)
+    assert found["rate_limit_per_s"] == pytest.approx(0.21, rel=2e-3)
     assert found["saturation"] == pytest.approx(0.4, rel=2e-3)
 
 
 def test_the_tlog_of_a_flight_says_the_same_as_its_truth(capsys, pushed):
     found = identified(capsys, str(pushed / "control.tlog"), "--from", "5")
-    assert found["k_rad_per_m"] == pytest.approx(0.215, rel=2e-3)
-    assert found["gravity_m_s2"] == pytest.approx(4.0, rel=0.01)
-    assert found["dead_time_s"] == pytest.approx(0.54, abs=0.02)
-    assert found["rate_limit_per_s"] == pytest.approx(0.2, rel=0.02)
+    assert found["k_rad_per_m"] == pytest.approx(0.2165, rel=2e-3)
+    assert found["gravity_m_s2"] == pytest.approx(3.0, rel=0.01)
+    assert found["dead_time_s"] == pytest.approx(0.52, abs=0.02)
+    assert found["rate_limit_per_s"] == pytest.approx(0.21, rel=0.02)
     assert found["saturation"] == pytest.approx(0.4, rel=0.02)
     assert "no two KITE_STATE" in refused(capsys, str(pushed / "ground.tlog"))
 
@@ -79,10 +79,10 @@ def test_telemetry_of_ten_messages_a_second_is_enough(capsys, pushed, tmp_path):
             if number % 9:
                 tlog.write(stamp, frame)
     found = identified(capsys, str(tmp_path / "ground.tlog"), "--from", "5")
-    assert found["k_rad_per_m"] == pytest.approx(0.215, rel=0.01)
-    assert found["dead_time_s"] == pytest.approx(0.54, abs=0.03)
+    assert found["k_rad_per_m"] == pytest.approx(0.2165, rel=0.01)
+    assert found["dead_time_s"] == pytest.approx(0.52, abs=0.03)
     assert found["dead_time_s_std"] > 0.02
-    assert found["rate_limit_per_s"] == pytest.approx(0.2, rel=0.02)
+    assert found["rate_limit_per_s"] == pytest.approx(0.21, rel=0.02)
 
 
 def test_a_plant_that_does_not_turn_its_meridians_is_taken_as_it_is(capsys, tmp_path):
@@ -93,10 +93,10 @@ def test_a_plant_that_does_not_turn_its_meridians_is_taken_as_it_is(capsys, tmp_
                  "--set", "plant.airspeed_m_s=19", "--set", "plant.speed_over_length=0.065")
     found = identified(capsys, str(folder))
     assert found["transport"] is False
-    assert found["k_rad_per_m"] == pytest.approx(0.215, rel=2e-3)
-    assert found["gravity_m_s2"] == pytest.approx(4.0, rel=5e-3)
+    assert found["k_rad_per_m"] == pytest.approx(0.2165, rel=2e-3)
+    assert found["gravity_m_s2"] == pytest.approx(3.0, rel=5e-3)
     assert found["rate_limit_per_s"] is None and found["saturation"] is None
-    assert found["dead_time_s"] == pytest.approx(0.5, abs=0.02)
+    assert found["dead_time_s"] == pytest.approx(0.48, abs=0.02)
     with_meridians = identified(capsys, str(folder / "truth.csv"))
     assert with_meridians["transport"] is True and with_meridians["r2"] < found["r2"]
 

@@ -9,16 +9,32 @@ import math
 import numpy as np
 import pytest
 
-from firmware_py import estimator, guidance, sphere, steering, target_curve
+from firmware_py import (
+    body_rotation,
+    drift,
+    estimator,
+    gain_schedule,
+    guidance,
+    prediction,
+    sphere,
+    steering,
+    steering_history,
+    target_curve,
+    turn_k_estimate,
+)
 from firmware_py.parameters import Parameters
 from sim_bridge.run import RunOptions, run_scenario
 from sim_bridge.runtimes import inproc
 from sim_bridge.scenario import load_scenario
 
-MODULES = (estimator, guidance, sphere, steering, target_curve)
+MODULES = (
+    estimator, guidance, sphere, steering, target_curve, prediction, drift, body_rotation, steering_history,
+    turn_k_estimate, gain_schedule)
 CLASSES = (
     estimator.Estimator, estimator.EstimatorConfig, guidance.Guidance, guidance.GuidanceConfig, sphere.TangentFrame,
-    steering.Steering, steering.SteeringConfig, target_curve.FigureEight, target_curve.CurveCheck)
+    steering.Steering, steering.SteeringConfig, target_curve.FigureEight, target_curve.CurveCheck,
+    prediction.Prediction, prediction.PredictionConfig, drift.Drift, body_rotation.BodyRotation,
+    steering_history.SteeringHistory, turn_k_estimate.TurnKEstimate, gain_schedule.GainSchedule)
 FUNCTIONS = ("atan", "atan2", "cos", "degrees", "radians", "sin", "sqrt", "tan")
 
 
@@ -73,3 +89,19 @@ def test_verdict_and_tracking_survive_single_precision(name, double_precision, s
         assert result.numbers["cross_track_rms_rad"] == pytest.approx(
             double_precision[name]["cross_track_rms_rad"], rel=0.02)
         assert result.numbers["cross_track_rms_rad"] != double_precision[name]["cross_track_rms_rad"]
+
+
+@pytest.mark.parametrize("name", ["small-kite", "v3-flight"])
+def test_prediction_survives_single_precision(name, single_precision):
+    """No cancellation on the way: what it takes out of the error is left to within what gusts make of it."""
+    scenario = load_scenario(name)
+    scenario.set("wind.turbulence_intensity", 0.0, "test")
+    scenario.set_parameter("K_ADAPT", 1.0, "test")
+    scenario.set_parameter("TURN_K", 1.25 * scenario["plant.turn_k"], "test")
+    result = run_scenario(scenario, RunOptions())
+    assert isinstance(result.flight.runtime, inproc.InprocRuntime)
+    autopilot = result.flight.runtime.autopilot
+    values = (autopilot.prediction.course, autopilot.prediction.frame.e1x, autopilot.turn_k.value)
+    assert {type(value).__name__ for value in values} == {"float32"}
+    assert result.numbers["cross_track_rms_rad"] < 0.003
+    assert autopilot.turn_k.value == pytest.approx(scenario["plant.turn_k"], rel=0.01)

@@ -1,0 +1,83 @@
+"""Commands: each copy that comes is acknowledged to whoever sent it, and a copy changes nothing that the first did."""
+
+from .generated_messages import (
+    COMMAND_ACK,
+    KITE_MODE_TRACK,
+    MAV_CMD_COMPONENT_ARM_DISARM,
+    MAV_CMD_DO_SET_MODE,
+    MAV_CMD_GET_MESSAGE_INTERVAL,
+    MAV_CMD_PREFLIGHT_STORAGE,
+    MAV_CMD_REQUEST_MESSAGE,
+    MAV_CMD_SET_MESSAGE_INTERVAL,
+    MAV_RESULT_ACCEPTED,
+    MAV_RESULT_DENIED,
+    MAV_RESULT_TEMPORARILY_REJECTED,
+    MAV_RESULT_UNSUPPORTED,
+    MAV_SEVERITY_WARNING,
+)
+from .message_requests import MessageRequests
+from .storage_commands import StorageCommands
+
+
+class CommandRequests:
+    """Takes the values of COMMAND_LONG or COMMAND_INT, which lie alike up to the targets."""
+
+    def __init__(self, parameters, modes, keeper, link, telemetry, announce):
+        self._modes = modes
+        self._link = link
+        self._say = telemetry.say
+        self._storage = StorageCommands(parameters, modes, keeper, telemetry.say, announce)
+        self._messages = MessageRequests(link, telemetry)
+
+    def needs_curve(self, values):
+        """True for a command that may have the curve flown: arming, and TRACK from another mode."""
+        if values[7] == MAV_CMD_COMPONENT_ARM_DISARM:
+            return values[0] == 1.0 and not self._modes.armed()
+        return values[7] == MAV_CMD_DO_SET_MODE and values[1] == KITE_MODE_TRACK != self._modes.mode
+
+    def run(self, values, problem, system, component, now, uptime_us):
+        """Do it and acknowledge it; `problem` is what speaks against flying the curve, or None."""
+        command = values[7]
+        accepted = MAV_RESULT_ACCEPTED
+        if command == MAV_CMD_COMPONENT_ARM_DISARM:
+            result = self._arm_or_disarm(values[0], now, problem)
+        elif command == MAV_CMD_DO_SET_MODE:
+            result = self._set_mode(values[1], now, problem)
+        elif command == MAV_CMD_PREFLIGHT_STORAGE:
+            result = self._storage.run(values[0])
+        elif command == MAV_CMD_REQUEST_MESSAGE:
+            result = self._messages.result(values[0], values[1], now)
+        elif command == MAV_CMD_SET_MESSAGE_INTERVAL:
+            result = self._messages.set_interval(values[0], values[1])
+        else:
+            result = accepted if command == MAV_CMD_GET_MESSAGE_INTERVAL else MAV_RESULT_UNSUPPORTED
+        self.acknowledge(command, result, system, component)
+        if command == MAV_CMD_REQUEST_MESSAGE and result == accepted:
+            self._messages.send(values[0], values[1], now, uptime_us)
+        elif command == MAV_CMD_GET_MESSAGE_INTERVAL:
+            self._messages.send_interval(values[0])
+
+    def acknowledge(self, command, result, system, component):
+        """Send COMMAND_ACK."""
+        self._link.send(COMMAND_ACK, (command, result, 0, 0, system, component))
+
+    def _arm_or_disarm(self, wanted, now, problem):
+        if wanted == 1.0:
+            reason = self._modes.arm(now, problem)
+            if reason is not None:
+                self._say(MAV_SEVERITY_WARNING, reason)
+                return MAV_RESULT_TEMPORARILY_REJECTED
+        elif wanted == 0.0:
+            self._modes.disarm()
+        else:
+            return MAV_RESULT_DENIED
+        return MAV_RESULT_ACCEPTED
+
+    def _set_mode(self, mode, now, problem):
+        if not 0.0 <= mode <= 255.0 or mode % 1.0:
+            return MAV_RESULT_DENIED
+        reason = self._modes.command(int(mode), now, problem)
+        if reason is None:
+            return MAV_RESULT_ACCEPTED
+        self._say(MAV_SEVERITY_WARNING, reason)
+        return MAV_RESULT_TEMPORARILY_REJECTED

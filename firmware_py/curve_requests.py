@@ -1,0 +1,109 @@
+"""Requests that wait until the target curve has been checked, which takes several ticks, while others go past."""
+
+from .generated_messages import KITE_VALID_DISTANCE, PARAM_SET
+from .generated_parameters import LINE_LENGTH
+from .parameters import UNKNOWN
+from .target_curve import CURVE_PARAMETERS, CurveCheck
+
+_COMMANDS = 4
+_SETS = 2 * len(CURVE_PARAMETERS)
+_TRIES = 4
+_RESTLESS = "the eight is being changed"
+
+
+class CurveRequests:
+    """One check at a time: commands first, then parameters, of the senders in turn.
+
+    A sender's newer value takes the place of an older one that still waits.
+    """
+
+    def __init__(self, parameters, kite):
+        self._parameters = parameters
+        self._kite = kite
+        self._check = CurveCheck()
+        self._commands = []
+        self._sets = []
+        self._current = None  # (message, values, system, component)
+        self._curve = None  # what the check began with
+        self._tries = 0
+        self._last = -1  # sender of the set that was checked last
+
+    def put(self, request):
+        """Take a request in; False if there is no room."""
+        if request[0] != PARAM_SET:
+            if len(self._commands) >= _COMMANDS:
+                return False
+            self._commands.append(request)
+            return True
+        name = request[1][3]
+        for index in range(len(self._sets)):
+            other = self._sets[index]
+            if other[1][3] == name and other[2] == request[2] and other[3] == request[3]:
+                self._sets[index] = request
+                return True
+        if len(self._sets) >= _SETS:
+            return False
+        self._sets.append(request)
+        return True
+
+    def next(self):
+        """The request to look at now, or None."""
+        if self._current is None:
+            self._current = self._commands.pop(0) if self._commands else self._next_set()
+        return self._current
+
+    def advance(self, index, value):
+        """Go on with the check for the present request, with parameter `index` at `value`; True when it is done."""
+        check = self._check
+        if self._curve is None:
+            self._begin(index, value)
+        check.advance()
+        if check.done and self._curve != self._values():
+            self._tries += 1
+            if self._tries >= _TRIES:
+                check.problem = _RESTLESS
+                return True
+            self._begin(index, value)
+        return check.done
+
+    def end(self):
+        """Forget the present request; return what the check found, or None."""
+        problem = self._check.problem if self._curve is not None else None
+        self._current = self._curve = None
+        self._tries = 0
+        return problem
+
+    def take_commands(self):
+        """Take all commands out; return them."""
+        commands = self._commands
+        self._commands = []
+        if self._current is not None and self._current[0] != PARAM_SET:
+            commands.insert(0, self._current)
+            self.end()
+        return commands
+
+    def _next_set(self):
+        sets = self._sets
+        if not sets:
+            return None
+        chosen = 0
+        for index in range(len(sets)):
+            if sets[index][2] << 8 | sets[index][3] != self._last:
+                chosen = index
+                break
+        request = sets.pop(chosen)
+        self._last = request[2] << 8 | request[3]
+        return request
+
+    def _begin(self, index, value):
+        self._curve = self._values()
+        values = list(self._parameters.values)
+        if index != UNKNOWN:
+            values[index] = value
+        measured = self._kite.valid & KITE_VALID_DISTANCE
+        self._check.begin(values, self._kite.distance if measured else values[LINE_LENGTH])
+
+    def _values(self):
+        """The parameters of the present curve."""
+        values = self._parameters.values
+        return [values[index] for index in CURVE_PARAMETERS]

@@ -1,0 +1,107 @@
+"""The steering already sent, and the actuator's model that goes through it, against the bridge's actuator."""
+
+import pytest
+from eights import parameters
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from firmware_py.steering_history import ONE, ROOM, SteeringHistory
+from sim_bridge.actuator import Actuator
+from sim_bridge.scenario import Scenario
+
+PERIOD_S = 0.02
+FINE = 200  # steps in a tick, for the reference's integrals
+commands = st.lists(st.floats(-1.0, 1.0), min_size=8, max_size=40)
+
+
+def history(asked, **changed: float) -> SteeringHistory:
+    """A history of the steering `asked`, oldest first, for the actuator that the parameters describe."""
+    made = SteeringHistory()
+    made.load(parameters(**changed))
+    for steering in asked:
+        made.note(steering, 1)
+    return made
+
+
+def actuator(rate: float, saturation: float) -> Actuator:
+    scenario = Scenario("test")
+    scenario.set("actuator.rate_limit_per_s", rate, "")
+    scenario.set("actuator.saturation", saturation, "")
+    return Actuator(scenario)
+
+
+def flown(part: Actuator, steering: float, ticks: float) -> list[float]:
+    """Positions of the actuator in the middle of fine steps over `ticks` of `steering`."""
+    part.command(0.0, steering)
+    part.apply_due(0.0)
+    positions = []
+    for _ in range(round(FINE * ticks)):
+        positions.append(part.position_after(0.5 * PERIOD_S / FINE))
+        part.advance(PERIOD_S / FINE)
+    return positions
+
+
+@settings(deadline=None, max_examples=60)
+@given(commands, st.sampled_from([0.0, 0.25, 4.0, 30.0]), st.sampled_from([0.0, 0.375, 1.0]), st.integers(0, 6),
+       st.sampled_from([0.0, 0.25, 0.5]), st.booleans())
+def test_it_is_where_the_actuator_is_and_did_what_it_did(asked, rate, saturation, whole, lead, tail):
+    """Position, integral and first moment about the middle, over a part of a tick, whole ones, and half of one."""
+    ticks = whole + (1 if lead else 0)
+    part = actuator(rate, saturation)
+    before, after = asked[: len(asked) - ticks], asked[len(asked) - ticks :]
+    for steering in before:
+        flown(part, steering, 1.0)
+    path = []
+    if lead:
+        flown(part, after[0], 1.0 - lead)
+        path += flown(part, after[0], lead)
+    for steering in after[1 if lead else 0 :]:
+        path += flown(part, steering, 1.0)
+    if tail:
+        path += flown(part, asked[-1], 0.5)
+
+    made = history(asked, PRED_RATE=rate, PRED_SAT=saturation)
+    made.begin(ticks, lead, None)
+    made.advance(lead, whole, tail)
+    middle = 0.5 * len(path)
+    jump = 1.0 / FINE  # without a rate limit the reference knows a jump's time to half a step
+    assert made.position / ONE == pytest.approx(part.position, abs=2e-4)
+    assert made.total / ONE == pytest.approx(sum(path) / FINE, abs=3e-4)
+    moment = sum(p * (i + 0.5 - middle) for i, p in enumerate(path)) / FINE**2
+    assert made.moment / ONE == pytest.approx(moment, abs=1e-3 + jump * 1e-2)
+
+
+def test_a_measured_position_is_where_the_model_goes_on_from():
+    made = history([0.5] * 30, PRED_RATE=5.0)
+    made.begin(4, 0.0, round(-0.1 * ONE))
+    made.advance(0.0, 4, False)
+    assert made.position / ONE == pytest.approx(0.3, abs=1e-5)  # 0.1 a tick
+    made.begin(4, 0.0, None)
+    made.advance(0.0, 4, False)
+    assert made.position / ONE == pytest.approx(0.5, abs=1e-5)
+    made.begin(2, 0.0, 100 * ONE)  # a sensor that has lost its mind
+    assert made.position <= 2 * ONE
+
+
+def test_a_loop_that_was_held_up_held_its_steering():
+    steady, held_up = history([0.1] * 10), history([0.1] * 7)
+    for _ in range(3):
+        steady.note(0.1, 1)
+    steady.note(-0.4, 1)
+    held_up.note(-0.4, 7)
+    for made in (steady, held_up):
+        made.begin(5, 0.0, None)
+        made.advance(0.0, 5, False)
+    assert (steady.total, steady.moment, steady.position) == (held_up.total, held_up.moment, held_up.position)
+    held_up.note(0.0, 10**6)  # for hours
+    held_up.begin(ROOM - 1, 0.0, None)
+    held_up.advance(0.0, ROOM - 1, True)
+    assert held_up.total / ONE == pytest.approx(-0.4 * (ROOM - 2))
+
+
+@pytest.mark.parametrize("ticks", [0, 1, ROOM - 1, ROOM, ROOM + 1, 3 * ROOM])
+def test_the_ring_goes_round(ticks):
+    made = history([0.25 if tick % 2 else -0.25 for tick in range(ticks)])
+    made.begin(0, 0.0, None)
+    made.advance(0.0, 0, True)
+    assert made.total / ONE == (0.0 if not ticks else -0.125 if ticks % 2 else 0.125)
