@@ -17,7 +17,7 @@ FORCES = PLANTS[1:]
 def run(capsys, *options):
     code = cli.main(["run", *options, "--json"])
     out, err = capsys.readouterr()
-    return code, (json.loads(out) if out else None), err
+    return code, (json.loads(out) if out else {}), err
 
 
 def test_a_plant_named_on_the_command_line_brings_its_own_set(capsys):
@@ -42,7 +42,7 @@ def test_a_plant_named_on_the_command_line_brings_its_own_set(capsys):
 def test_what_cannot_be_flown_is_said_in_one_line(capsys, options, expected):
     code, numbers, err = run(capsys, *options)
     lines = [line for line in err.splitlines() if "compil" not in line]
-    assert code == 2 and numbers is None and len(lines) == 1
+    assert code == 2 and not numbers and len(lines) == 1
     assert expected in lines[0]
 
 
