@@ -191,3 +191,17 @@ def test_the_estimate_is_in_the_telemetry():
     assert all(values[2].rstrip(b"\0") == b"turn_k" for values in told)
     assert told[-1][1] == pytest.approx(0.3, rel=0.02)
     assert [b[0] - a[0] for a, b in pairwise(told)] == [1000] * (len(told) - 1)
+
+
+@pytest.mark.parametrize("plant", ["one-point", "four-point", "vortex-lattice"])
+def test_on_kites_with_forces_prediction_is_three_times_better_than_the_tuned_paper_law(plant):
+    def flown(**parameters):
+        scenario = load_scenario(f"small-kite-{plant}")
+        for name, value in parameters.items():
+            scenario.set_parameter(name, value, "test")
+        return run_scenario(scenario, RunOptions(), notice=lambda _: None).numbers
+
+    paper = flown(FF_GAIN=0.0, INNER_P=1.75)
+    predicted = flown(PRED_DELAY=0.2, PRED_RATE=4.0, PRED_SAT=1.0, INNER_P=6.125, OUTER_L=6.25)
+    assert predicted["verdict"] == "tracking"
+    assert 3.0 * predicted["cross_track_rms_rad"] < paper["cross_track_rms_rad"]
