@@ -17,8 +17,9 @@ from sim_bridge.paper import make_paper
 from sim_bridge.replay import play, plot_replay
 from sim_bridge.run import RecordedGround, RunOptions, RunResult, run_scenario
 from sim_bridge.run_log import format_row, read_run
-from sim_bridge.scenario import Scenario, ScenarioError, load_scenario, scenario_names, set_for_plant
+from sim_bridge.scenario import Scenario, ScenarioError, load_scenario, scenario_names
 from sim_bridge.scenario_keys import KEYS
+from sim_bridge.scenario_options import scenario_of
 
 _MODES = ("STANDBY", "MANUAL", "PARK", "TRACK")
 
@@ -52,7 +53,7 @@ def list_keys(options: Namespace) -> int:
 
 def run(options: Namespace) -> int:
     """`kite-sitl run`."""
-    scenario = _scenario(options)
+    scenario = scenario_of(options, notice)
     result = run_scenario(scenario, _run_options(options, scenario), notice=notice)
     _report(result, options.json)
     _keep(result, options)
@@ -61,7 +62,7 @@ def run(options: Namespace) -> int:
 
 def hil(options: Namespace) -> int:
     """`kite-sitl hil`."""
-    scenario = _scenario(options)
+    scenario = scenario_of(options, notice)
     options.runtime, options.speed = "hil", 1.0
     notice("the scenario's parameters go into the board; `kite-ground param save` keeps what was there before")
     result, board = fly_board(scenario, options.link, _run_options(options, scenario), notice)
@@ -75,25 +76,6 @@ def hil(options: Namespace) -> int:
                   f"emulated to make the {1000 * board['delay_asked_s']:.0f} ms asked for")
     _keep(result, options)
     return 0
-
-
-def _scenario(options: Namespace) -> Scenario:
-    """The scenario that the options name, with their changes."""
-    scenario = load_scenario(options.scenario)
-    options.set.sort(key=lambda assignment: not assignment.startswith("plant.kind"))  # other keys depend on it
-    for assignment in options.set:
-        key, _, kind = assignment.partition("=")
-        if key.strip() == "plant.kind" and not options.scenario.endswith(".toml"):
-            scenario = set_for_plant(scenario, kind.strip(), notice)
-    for assignment in options.set:
-        scenario.set_text(assignment, "--set")
-    for assignment in options.param:
-        scenario.set_text(assignment, "--param")
-    if options.seed is not None:
-        scenario.set("run.seed", options.seed, "--seed")
-    if options.duration is not None:
-        scenario.set("run.duration_s", options.duration, "--duration")
-    return scenario
 
 
 def _run_options(options: Namespace, scenario: Scenario) -> RunOptions:

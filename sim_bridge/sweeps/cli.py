@@ -10,7 +10,8 @@ from typing import Any
 from tqdm import tqdm
 
 from analysis.plots import new_figure, save
-from sim_bridge.scenario import Scenario, ScenarioError, load_scenario
+from sim_bridge.scenario import Scenario, ScenarioError
+from sim_bridge.scenario_options import scenario_of
 from sim_bridge.sweeps.axes import Axis, apply, grid, parse_axis, random_sample
 from sim_bridge.sweeps.execute import fly_all, make_executor
 from sim_bridge.sweeps.map_plot import draw_map
@@ -56,7 +57,7 @@ def _count(text: str) -> int:
 
 def sweep_command(options: Namespace) -> int:
     """`kite-sitl sweep`: 0 when all runs have been flown, 130 after Ctrl-C."""
-    base = _base(options)
+    base = scenario_of(options, _say)
     axes = [parse_axis(text) for text in options.over]
     if options.plot is not None:
         new_figure()  # says now, and not after an hour, if there is no matplotlib
@@ -72,17 +73,8 @@ def sweep_command(options: Namespace) -> int:
     return 130 if interrupted else 0
 
 
-def _base(options: Namespace) -> Scenario:
-    scenario = load_scenario(options.scenario)
-    for assignment in options.set:
-        scenario.set_text(assignment, "--set")
-    for assignment in options.param:
-        scenario.set_text(assignment, "--param")
-    if options.seed is not None:
-        scenario.set("run.seed", options.seed, "--seed")
-    if options.duration is not None:
-        scenario.set("run.duration_s", options.duration, "--duration")
-    return scenario
+def _say(text: str) -> None:
+    print(f"kite-sitl: {text}", file=sys.stderr)
 
 
 def _scenario_of_run(base: Scenario, axes: list[Axis], values: tuple[str, ...], run: int) -> Scenario:
@@ -97,7 +89,7 @@ def _fly(options: Namespace, axes: list[Axis], points: list[tuple[str, ...]], sc
     """Fly what is not there yet; True after Ctrl-C."""
     missing = [run for run in range(len(points)) if run not in results.rows]
     if len(missing) < len(points):
-        print(f"kite-sitl: {len(points) - len(missing)} of {len(points)} runs are there already", file=sys.stderr)
+        _say(f"{len(points) - len(missing)} of {len(points)} runs are there already")
     try:
         with make_executor(options.jobs, options.scheduler) as executor, \
                 tqdm(total=len(points), initial=len(points) - len(missing), unit="run",
@@ -109,8 +101,7 @@ def _fly(options: Namespace, axes: list[Axis], points: list[tuple[str, ...]], sc
 
             fly_all(executor, [(run, scenarios[run].to_dict()) for run in missing], take)
     except KeyboardInterrupt:
-        print(f"kite-sitl: stopped after {len(results.rows)} of {len(points)} runs; the same command goes on",
-              file=sys.stderr)
+        _say(f"stopped after {len(results.rows)} of {len(points)} runs; the same command goes on")
         return True
     return False
 
