@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable
 
 from ground import tuning
+from ground.cli_identify import identify_and_set
 from ground.cli_options import Connect, add_command, add_snapshot_option, positive
 from ground.errors import GroundError, UsageError, VehicleError
 from ground.parameter_file import format_value
@@ -27,7 +28,7 @@ def add_tune_command(commands) -> None:
     """Add `tune`."""
     gain = add_command(commands, "tune", tune, f"measure the delay in the loop in flight, work out {GAIN_NAME} for it, "
                        "and set it or try a step", "  kite-ground tune\n  kite-ground tune --step +10%\n"
-                       "  kite-ground tune --delay 0.2")
+                       "  kite-ground tune --delay 0.2\n  kite-ground tune --identify")
     gain.add_argument("--delay", type=positive, metavar="S", help="dead time tau of links and actuator together, "
                       "without sampling, in seconds (default: as measured)")
     gain.add_argument("--seconds", type=positive, metavar="S", default=DELAY_MEASURE_S,
@@ -37,6 +38,8 @@ def add_tune_command(commands) -> None:
     gain._negative_number_matcher = re.compile(r"^-[\d.]+ ?%?$")  # or -5% is taken for an option
     gain.add_argument("--duration", type=positive, metavar="S", help="with --step: measure before and after for so "
                       "long (default: two rounds of the eight)")
+    gain.add_argument("--identify", action="store_true", help="find K, gravity and the delay with their uncertainty "
+                      "from eights that are flown, and propose the predictor's settings with gains that suit them")
     gain.add_argument("--loop-hz", type=positive, metavar="N", help=f"loop rate (default: the vehicle's {RATE_NAME})")
     gain.add_argument(_SPEED_OPTION, type=positive, metavar="X",
                       help="speed across the sky over line length [1/s], for the whole loop's limits (default: as the "
@@ -52,6 +55,9 @@ def tune(args: argparse.Namespace, connect: Connect) -> int:
         session.check_contract()
         history = StateHistory()
         session.connection.add_observer(history.observe)
+        if args.identify:
+            _snapshot(args, session, lambda keeper: keeper.finish())
+            return identify_and_set(args, session, history)
         flight = TuningFlight(session, history)
         report = None if args.delay else _measure(args, session, flight)
         advice = _advise(args, session, report)

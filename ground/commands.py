@@ -11,6 +11,7 @@ from protocol import dialect
 ATTEMPTS = 20
 LEAST_INTERVAL_S = 0.5  # heartbeats come once a second; asking much faster than that says nothing new
 _REFUSALS = 4  # how often to ask for the sake of a reason that was lost on the way
+_INTERVAL_COPIES = 3
 _CONTRADICTIONS = 4  # heartbeats that show another state after the command was accepted
 
 Heartbeat = dialect.MAVLink_heartbeat_message
@@ -39,6 +40,11 @@ class Commander:
         flag = float(dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED)
         self._carry_out(f"mode {mode_name(mode)}", dialect.MAV_CMD_DO_SET_MODE, (flag, float(mode)),
                         lambda beat: beat.custom_mode == mode)
+
+    def ask_interval(self, message: int, interval_us: float) -> None:
+        """Ask for `message` every `interval_us` [us], 0 for its usual rate. Not waited for: it comes or it does not."""
+        for attempt in range(_INTERVAL_COPIES):
+            self._send(dialect.MAV_CMD_SET_MESSAGE_INTERVAL, (float(message), interval_us), attempt)
 
     def _carry_out(self, what: str, command: int, values: tuple[float, float],
                    shows: Callable[[Heartbeat], bool]) -> None:
