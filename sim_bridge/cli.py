@@ -13,6 +13,7 @@ from sim_bridge.boards.cli import add_board_verbs
 from sim_bridge.boards.image import BoardError
 from sim_bridge.design import add_design_verb
 from sim_bridge.identify import add_identify_verb
+from sim_bridge.option_types import positive
 from sim_bridge.reality.page import add_reality_verb
 from sim_bridge.run import RUNTIMES
 from sim_bridge.runtimes.interface import FirmwareError
@@ -21,15 +22,8 @@ from sim_bridge.scenario_keys import PLANTS
 from sim_bridge.sweeps.cli import add_sweep_verb
 
 
-def _positive(text: str) -> float:
-    value = float(text)
-    if not 0.0 < value < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text} is not a positive number")
-    return value
-
-
 def _speed(text: str) -> float:
-    return float("inf") if text == "max" else _positive(text)
+    return float("inf") if text == "max" else positive(text)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -70,7 +64,7 @@ def _parser() -> argparse.ArgumentParser:
                        help="inproc: speed of the loop here; micropython: memory and time of a tick (default: inproc)")
     bench.add_argument("--scenario", metavar="NAME",
                        help="what is flown (default: paper-delay-tuned; small-kite for micropython)")
-    bench.add_argument("--duration", type=_positive, metavar="S",
+    bench.add_argument("--duration", type=positive, metavar="S",
                        help="simulated seconds (60; 600 for micropython)")
     bench.set_defaults(do=commands.bench)
     add_sweep_verb(verbs)
@@ -121,7 +115,7 @@ def _add_flight(verb: argparse.ArgumentParser) -> None:
     verb.add_argument("--param", action="append", default=[], metavar="NAME=value", help="change a firmware parameter")
     verb.add_argument("--seed", type=int, help="seed of everything random (run.seed)")
     length = verb.add_mutually_exclusive_group()
-    length.add_argument("--duration", type=_positive, metavar="S", help="length of the flight (run.duration_s)")
+    length.add_argument("--duration", type=positive, metavar="S", help="length of the flight (run.duration_s)")
     length.add_argument("--forever", action="store_true", help="fly until Ctrl-C")
     verb.add_argument("--ground", action="store_true",
                       help="open the ground path: ground stations find the kite on UDP 127.0.0.1:14550")

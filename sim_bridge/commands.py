@@ -2,7 +2,6 @@
 
 import json
 import math
-import sys
 from argparse import Namespace
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from sim_bridge.bench import bench as measure_speed
 from sim_bridge.bench_micropython import bench_micropython
 from sim_bridge.flight import COLUMNS, Flight
 from sim_bridge.hil import fly_board
+from sim_bridge.notice import notice
 from sim_bridge.paper import make_paper
 from sim_bridge.replay import play, plot_replay
 from sim_bridge.run import RecordedGround, RunOptions, RunResult, run_scenario
@@ -22,11 +22,6 @@ from sim_bridge.scenario_keys import KEYS
 from sim_bridge.scenario_options import scenario_of
 
 _MODES = ("STANDBY", "MANUAL", "PARK", "TRACK")
-
-
-def notice(text: str) -> None:
-    """Tell a person something beside the result."""
-    print(f"kite-sitl: {text}", file=sys.stderr)
 
 
 def list_scenarios(options: Namespace) -> int:

@@ -15,6 +15,7 @@ from analysis.effective_delay import Path as LinkPath
 from analysis.plots import save
 from analysis.whole_loop import design
 from protocol.parameter_table import load_parameters
+from sim_bridge.option_types import not_negative, positive
 from sim_bridge.scenario import ScenarioError
 
 
@@ -29,23 +30,23 @@ def add_design_verb(verbs: Any) -> None:
         "  kite-sitl design --delay 0.2 --speed-over-length 0.45\n"
         "  kite-sitl design --delay 0.5 --speed-over-length 0.06 --gain-p 0.72 --gain-l 4 --plot v3.png\n"
         "  kite-sitl design --delay 0.15 --speed-over-length 0.45 --jitter 0.03 --loss 0.1 --lag 0.05")
-    verb.add_argument("--delay", type=_not_negative, required=True, metavar="S",
+    verb.add_argument("--delay", type=not_negative, required=True, metavar="S",
                       help="dead time tau of links and actuator together, without sampling [s]; 0 is allowed")
-    verb.add_argument("--speed-over-length", type=_positive, required=True, metavar="X",
+    verb.add_argument("--speed-over-length", type=positive, required=True, metavar="X",
                       help="the kite's speed across the sky over the line length [1/s]")
     table = load_parameters()
     rate, p, outer_l = (table[name].default for name in ("LOOP_HZ", "INNER_P", "OUTER_L"))
-    verb.add_argument("--loop-hz", type=_positive, default=rate, metavar="N", help=f"loop rate (default: {rate:g})")
-    verb.add_argument("--gain-p", type=_not_negative, default=p, metavar="P", help=f"present P (default: {p:g})")
-    verb.add_argument("--gain-l", type=_not_negative, default=outer_l, metavar="L",
+    verb.add_argument("--loop-hz", type=positive, default=rate, metavar="N", help=f"loop rate (default: {rate:g})")
+    verb.add_argument("--gain-p", type=not_negative, default=p, metavar="P", help=f"present P (default: {p:g})")
+    verb.add_argument("--gain-l", type=not_negative, default=outer_l, metavar="L",
                       help=f"present L (default: {outer_l:g})")
-    verb.add_argument("--lag", type=_not_negative, default=0.0, metavar="S",
+    verb.add_argument("--lag", type=not_negative, default=0.0, metavar="S",
                       help="time constant of the actuator, beside its dead time [s]")
-    verb.add_argument("--jitter", type=_not_negative, default=0.0, metavar="S",
+    verb.add_argument("--jitter", type=not_negative, default=0.0, metavar="S",
                       help="jitter of each direction of the link, uniform, plus or minus [s]")
-    verb.add_argument("--loss", type=_not_negative, default=0.0, metavar="SHARE",
+    verb.add_argument("--loss", type=not_negative, default=0.0, metavar="SHARE",
                       help="share of frames lost, each direction")
-    verb.add_argument("--loss-burst", type=_not_negative, default=0.0, metavar="N",
+    verb.add_argument("--loss-burst", type=not_negative, default=0.0, metavar="N",
                       help="mean length of a burst of losses in frames; up to 1 they are independent")
     verb.add_argument("--plot", metavar="FILE", help="draw the decay rate over (P, L), and the roots")
     verb.add_argument("--json", action="store_true", help="print JSON for a script")
@@ -102,24 +103,3 @@ def _link_lines(options: Namespace, effective: EffectiveDelay | None, loop_delay
 
 def _at(function: Any, delay_s: float) -> float | None:
     return function(delay_s) if delay_s else None
-
-
-def _positive(text: str) -> float:
-    value = _number(text)
-    if not 0.0 < value < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text} should be more than 0, and finite")
-    return value
-
-
-def _not_negative(text: str) -> float:
-    value = _number(text)
-    if not 0.0 <= value < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text} should be 0 or more, and finite")
-    return value
-
-
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None

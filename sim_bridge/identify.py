@@ -3,7 +3,7 @@
 import json
 import math
 import sys
-from argparse import ArgumentTypeError, Namespace, RawDescriptionHelpFormatter
+from argparse import Namespace, RawDescriptionHelpFormatter
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ from analysis.identification_plots import plot_identification
 from analysis.plots import new_figure, save
 from analysis.record_source import read_record
 from analysis.turning_rate_fit import LawFit, identify_law
+from sim_bridge.option_types import not_negative
 from sim_bridge.run_log import read_run
 
 _DESCRIPTION = """\
@@ -34,16 +35,6 @@ examples:
   kite-sitl identify ours.csv --columns ours.toml --angle course --from 30 --to 120"""
 
 
-def _seconds(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0.0 <= value < math.inf:
-        raise ArgumentTypeError(f"{text} is not a time in seconds, 0 or later")
-    return value
-
-
 def add_identify_verb(verbs: Any) -> None:
     """Add `identify` to the parser."""
     verb = verbs.add_parser(
@@ -52,15 +43,15 @@ def add_identify_verb(verbs: Any) -> None:
     verb.add_argument("source", metavar="SOURCE", help="a run log's folder, a .tlog, a .csv or a .csv.gz")
     verb.add_argument("--columns", metavar="FILE.toml", help="what the columns of a CSV file mean (see "
                       "analysis/column_description.py, and analysis/flight_columns for the one of the public flight)")
-    verb.add_argument("--from", dest="from_s", type=_seconds, default=0.0, metavar="S",
+    verb.add_argument("--from", dest="from_s", type=not_negative, default=0.0, metavar="S",
                       help="use the flight from here on, in seconds since its first row")
-    verb.add_argument("--to", dest="to_s", type=_seconds, default=math.inf, metavar="S", help="use it up to here")
+    verb.add_argument("--to", dest="to_s", type=not_negative, default=math.inf, metavar="S", help="use it up to here")
     verb.add_argument("--angle", choices=("heading", "course"),
                       help="the angle that the law is fitted to (default: heading where there is one)")
     verb.add_argument("--no-transport", action="store_true",
                       help="leave the turning of the meridians out (default: as the run's plant has it; else it is in "
                       "where there is an azimuth)")
-    verb.add_argument("--smooth", type=_seconds, metavar="S", help="width of the smoothing of the angle's rate "
+    verb.add_argument("--smooth", type=not_negative, metavar="S", help="width of the smoothing of the angle's rate "
                       "(default: 1.1 s for a real flight, 0.3 s for a tlog, none for a run log)")
     verb.add_argument("--plot", nargs="?", const="", metavar="FILE",
                       help="plot measured against fitted (default: NAME-identify.png here)")

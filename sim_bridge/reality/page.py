@@ -2,13 +2,13 @@
 
 import datetime
 import platform
-import sys
 from argparse import Namespace
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 from analysis.record_source import read_record
+from sim_bridge.notice import notice
 from sim_bridge.reality import plant_laws, real_flights
 from sim_bridge.scenario import ScenarioError
 
@@ -51,10 +51,6 @@ def reality_command(options: Namespace) -> int:
     return 0
 
 
-def _say(text: str) -> None:
-    print(f"kite-sitl: {text}", file=sys.stderr, flush=True)
-
-
 def _page(files: list[Path]) -> str:
     records = [read_record(path) for path in files]
     names = [path.name.split(".")[0] for path in files]
@@ -63,20 +59,20 @@ def _page(files: list[Path]) -> str:
                         attribution=records[0].attribution or records[0].title)
     text += real_flights.law_table(names, records)
     text += "The steering actuator, from set to actual steering:\n\n" + real_flights.actuator_table(names, records)
-    _say("the real flights: identified")
+    notice("the real flights: identified")
     text += ("## Heading, predicted\n\nThe law is integrated open loop with the recorded airspeed, from a fresh state "
              "at each window's start,\non flights that it was not fitted to; the worst of all cross-fits.\n\n")
     text += real_flights.prediction_table(records)
-    _say("the real flights: predicted")
+    notice("the real flights: predicted")
     text += ("## The real flight, flown again\n\n`v3-flight` is the turning-rate plant with what was identified: "
              "cross-track error in closed loop,\nand beside it how far one real eight is from the next.\n\n")
     text += real_flights.flown_again_table() + real_flights.spread_table(names, records)
-    _say("v3-flight: flown")
-    text += "## The plants in closed loop\n\n" + plant_laws.closed_loop_table(_say)
+    notice("v3-flight: flown")
+    text += "## The plants in closed loop\n\n" + plant_laws.closed_loop_table(notice)
     text += ("## Where the law holds\n\nIdentified from a minute of eights; R² is the share of the turning rate that "
-             "the law explains.\n\n") + plant_laws.law_table(_say)
+             "the law explains.\n\n") + plant_laws.law_table(notice)
     text += ("K of the plants with forces, with the mean airspeed, as wind, line length and depower change; "
-             "line and eight are those\nof the plant's set otherwise.\n\n") + plant_laws.variation_tables(_say)
+             "line and eight are those\nof the plant's set otherwise.\n\n") + plant_laws.variation_tables(notice)
     text += ("## The paper's flights on every plant\n\n`kite-sitl paper --plant NAME` draws them. L is 5, and the line "
-             "long enough for 0.2 line lengths a second.\n\n") + plant_laws.paper_table(_say)
+             "long enough for 0.2 line lengths a second.\n\n") + plant_laws.paper_table(notice)
     return text.rstrip() + "\n"

@@ -4,7 +4,6 @@ import math
 from collections.abc import Sequence
 
 from analysis.actuator_fit import identify_actuator
-from analysis.delay import loop_delay, optimal_gain
 from analysis.eight_spread import eight_spread
 from analysis.flight_record import FlightRecord
 from analysis.heading_prediction import cross_predictions
@@ -66,28 +65,23 @@ def spread_table(names: Sequence[str], records: Sequence[FlightRecord]) -> str:
 
 
 def flown_again_table() -> str:
-    """`v3-flight` in closed loop, without turbulence and with it."""
+    """`v3-flight` and `v3-flight-paper` in closed loop, without turbulence and with it."""
     laws = {
-        "paper's law, P = 1/(e tau')": {"PRED_DELAY": 0.0, "FF_GAIN": 0.0, "INNER_P": _papers_gain()},
-        "the same with feed-forward": {"PRED_DELAY": 0.0, "FF_GAIN": 1.0, "INNER_P": _papers_gain()},
-        "as it ships, with prediction": {},
+        "paper's law, P = 1/(e tau')": ("v3-flight-paper", {"FF_GAIN": 0.0}),
+        "the same with feed-forward": ("v3-flight-paper", {}),
+        "with prediction": ("v3-flight", {}),
     }
     rows = []
-    for law, parameters in laws.items():
+    for law, (name, parameters) in laws.items():
         cells = [law]
         for intensity in (0.0, _TURBULENCE):
-            scenario = load_scenario("v3-flight")
+            scenario = load_scenario(name)
             scenario.set("wind.turbulence_intensity", intensity, law)
-            for name, value in parameters.items():
-                scenario.set_parameter(name, value, law)
+            for parameter, value in parameters.items():
+                scenario.set_parameter(parameter, value, law)
             cells.append(f"{_cross_track_deg(scenario):.2f}")
         rows.append(cells)
     return table(("law", "no turbulence [deg RMS]", f"intensity {_TURBULENCE:g} [deg RMS]"), rows)
-
-
-def _papers_gain() -> float:
-    scenario = load_scenario("v3-flight")
-    return optimal_gain(loop_delay(scenario["actuator.dead_time_s"], scenario.parameter("LOOP_HZ")))
 
 
 def _cross_track_deg(scenario: Scenario) -> float:

@@ -2,7 +2,6 @@
 
 import argparse
 import json
-import sys
 from argparse import Namespace
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,8 @@ from typing import Any
 from tqdm import tqdm
 
 from analysis.plots import new_figure, save
+from sim_bridge.notice import notice
+from sim_bridge.option_types import count, positive
 from sim_bridge.scenario import Scenario, ScenarioError
 from sim_bridge.scenario_options import scenario_of
 from sim_bridge.sweeps.axes import Axis, apply, grid, parse_axis, random_sample
@@ -35,13 +36,13 @@ def add_sweep_verb(verbs: Any) -> None:
     sweep.add_argument("scenario", metavar="NAME", help="a scenario of `kite-sitl list`, or a .toml file")
     sweep.add_argument("--over", action="append", required=True, metavar="KEY=VALUES",
                        help="go over the values of a key, `section.key` or `param.NAME`; may be repeated")
-    sweep.add_argument("--runs", type=_count, metavar="N", help="N random values within the ranges instead of the grid")
+    sweep.add_argument("--runs", type=count, metavar="N", help="N random values within the ranges instead of the grid")
     sweep.add_argument("--set", action="append", default=[], metavar="section.key=value", help="as in `run`")
     sweep.add_argument("--param", action="append", default=[], metavar="NAME=value", help="as in `run`")
     sweep.add_argument("--seed", type=int, help="seed of the sweep: of the sample, and of the first run (run.seed)")
-    sweep.add_argument("--duration", type=float, metavar="S", help="length of each flight (run.duration_s)")
+    sweep.add_argument("--duration", type=positive, metavar="S", help="length of each flight (run.duration_s)")
     sweep.add_argument("--out", metavar="CSV", help="file of results (default: NAME-sweep.csv here)")
-    sweep.add_argument("--jobs", type=_count, metavar="N", help="processes at a time (default: one for each core)")
+    sweep.add_argument("--jobs", type=count, metavar="N", help="processes at a time (default: one for each core)")
     sweep.add_argument("--scheduler", metavar="tcp://HOST:PORT", help="a Dask scheduler whose workers fly instead")
     sweep.add_argument("--plot", nargs="?", const="", metavar="FILE",
                        help="plot the first two axes, with the theory's limits (default: the CSV's name, .png)")
@@ -49,15 +50,9 @@ def add_sweep_verb(verbs: Any) -> None:
     sweep.set_defaults(do=sweep_command)
 
 
-def _count(text: str) -> int:
-    if not text.isdigit() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"{text} is not a positive whole number")
-    return int(text)
-
-
 def sweep_command(options: Namespace) -> int:
     """`kite-sitl sweep`: 0 when all runs have been flown, 130 after Ctrl-C."""
-    base = scenario_of(options, _say)
+    base = scenario_of(options, notice)
     axes = [parse_axis(text) for text in options.over]
     if options.plot is not None:
         new_figure()  # says now, and not after an hour, if there is no matplotlib
@@ -73,10 +68,6 @@ def sweep_command(options: Namespace) -> int:
     return 130 if interrupted else 0
 
 
-def _say(text: str) -> None:
-    print(f"kite-sitl: {text}", file=sys.stderr)
-
-
 def _scenario_of_run(base: Scenario, axes: list[Axis], values: tuple[str, ...], run: int) -> Scenario:
     scenario = Scenario.from_dict(base.to_dict(), base.name)
     scenario.set("run.seed", base["run.seed"] + run, "--seed")
@@ -89,7 +80,7 @@ def _fly(options: Namespace, axes: list[Axis], points: list[tuple[str, ...]], sc
     """Fly what is not there yet; True after Ctrl-C."""
     missing = [run for run in range(len(points)) if run not in results.rows]
     if len(missing) < len(points):
-        _say(f"{len(points) - len(missing)} of {len(points)} runs are there already")
+        notice(f"{len(points) - len(missing)} of {len(points)} runs are there already")
     try:
         with make_executor(options.jobs, options.scheduler) as executor, \
                 tqdm(total=len(points), initial=len(points) - len(missing), unit="run",
@@ -101,7 +92,7 @@ def _fly(options: Namespace, axes: list[Axis], points: list[tuple[str, ...]], sc
 
             fly_all(executor, [(run, scenarios[run].to_dict()) for run in missing], take)
     except KeyboardInterrupt:
-        _say(f"stopped after {len(results.rows)} of {len(points)} runs; the same command goes on")
+        notice(f"stopped after {len(results.rows)} of {len(points)} runs; the same command goes on")
         return True
     return False
 
