@@ -14,6 +14,10 @@ from sim_bridge.sensors import Sample
 from sim_bridge.wind.air import Air
 
 NAMES = [entry[0] for entry in PARAMETERS]
+STANDBY, MANUAL, PARK, TRACK = (
+    dialect.KITE_MODE_STANDBY, dialect.KITE_MODE_MANUAL, dialect.KITE_MODE_PARK, dialect.KITE_MODE_TRACK)
+ARM, DO_SET_MODE = dialect.MAV_CMD_COMPONENT_ARM_DISARM, dialect.MAV_CMD_DO_SET_MODE
+REQUEST_MESSAGE = dialect.MAV_CMD_REQUEST_MESSAGE
 PERIOD_S = 0.02
 TICKS_PER_SECOND = 50
 POSITION = dialect.KITE_VALID_AZIMUTH | dialect.KITE_VALID_ELEVATION

@@ -5,8 +5,15 @@ import math
 import pytest
 from any_message import payloads
 from firmware_bench import (
+    ARM,
+    DO_SET_MODE,
+    MANUAL,
     NAMES,
+    PARK,
     PERIOD_S,
+    REQUEST_MESSAGE,
+    STANDBY,
+    TRACK,
     Bench,
     FlyingKite,
     command_long,
@@ -21,11 +28,7 @@ from firmware_py.generated_messages import KITE_TICK, MESSAGES
 from protocol import dialect
 from protocol.contract import CONTRACT_HASH
 
-STANDBY, MANUAL, PARK, TRACK = (
-    dialect.KITE_MODE_STANDBY, dialect.KITE_MODE_MANUAL, dialect.KITE_MODE_PARK, dialect.KITE_MODE_TRACK)
 ACCEPTED = dialect.MAV_RESULT_ACCEPTED
-ARM, DO_SET_MODE = dialect.MAV_CMD_COMPONENT_ARM_DISARM, dialect.MAV_CMD_DO_SET_MODE
-REQUEST_MESSAGE = dialect.MAV_CMD_REQUEST_MESSAGE
 
 
 def test_timesync_and_ping_are_answered_at_once():

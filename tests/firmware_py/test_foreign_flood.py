@@ -3,7 +3,19 @@
 import random
 
 import pytest
-from firmware_bench import Bench, FlyingKite, command_long, of_kind, set_parameter
+from firmware_bench import (
+    ARM,
+    DO_SET_MODE,
+    MANUAL,
+    PARK,
+    STANDBY,
+    TRACK,
+    Bench,
+    FlyingKite,
+    command_long,
+    of_kind,
+    set_parameter,
+)
 from test_foreign_requests import Station, ftp
 
 from firmware_py.inbox import Inbox
@@ -12,8 +24,6 @@ from firmware_py.mavlink_link import MavlinkLink
 from protocol import dialect
 
 ACCEPTED, REJECTED = dialect.MAV_RESULT_ACCEPTED, dialect.MAV_RESULT_TEMPORARILY_REJECTED
-ARM, DO_SET_MODE = dialect.MAV_CMD_COMPONENT_ARM_DISARM, dialect.MAV_CMD_DO_SET_MODE
-STANDBY, MANUAL, PARK, TRACK = range(4)
 PER_TICK = 40  # 2000 a second
 UNFLYABLE = {"EIGHT_HALF_H": 0.5, "STEER_MAX": 0.0625, "TURN_K": 0.0009765625, "LINE_LENGTH": 1.0,
              "EIGHT_AZIMUTH": 60.0, "WINDOW_ANGLE": 10.0}

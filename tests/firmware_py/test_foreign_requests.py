@@ -5,7 +5,20 @@ import struct
 import zlib
 
 import pytest
-from firmware_bench import NAMES, Bench, FlyingKite, command_long, hovering, of_kind, set_parameter
+from firmware_bench import (
+    ARM,
+    MANUAL,
+    NAMES,
+    PARK,
+    STANDBY,
+    TRACK,
+    Bench,
+    FlyingKite,
+    command_long,
+    hovering,
+    of_kind,
+    set_parameter,
+)
 
 from protocol import dialect
 from protocol.parameter_table import load_parameters
@@ -14,8 +27,6 @@ ACCEPTED, REJECTED, DENIED, UNSUPPORTED = (
     dialect.MAV_RESULT_ACCEPTED, dialect.MAV_RESULT_TEMPORARILY_REJECTED, dialect.MAV_RESULT_DENIED,
     dialect.MAV_RESULT_UNSUPPORTED)
 REQUEST, SET_INTERVAL, GET_INTERVAL = 512, dialect.MAV_CMD_SET_MESSAGE_INTERVAL, dialect.MAV_CMD_GET_MESSAGE_INTERVAL
-ARM, DO_SET_MODE = dialect.MAV_CMD_COMPONENT_ARM_DISARM, dialect.MAV_CMD_DO_SET_MODE
-STANDBY, MANUAL, PARK, TRACK = range(4)
 REGULAR = ("HEARTBEAT", "SYS_STATUS", "KITE_STATE", "LOCAL_POSITION_NED", "NAMED_VALUE_FLOAT", "CURRENT_MODE")
 NUMBERS = {kind.msgname: number for number, kind in dialect.mavlink_map.items()}
 

@@ -5,8 +5,15 @@ from typing import Any
 
 import pytest
 from firmware_bench import (
+    ARM,
+    DO_SET_MODE,
     EVERYTHING,
+    MANUAL,
+    PARK,
     PERIOD_S,
+    REQUEST_MESSAGE,
+    STANDBY,
+    TRACK,
     Bench,
     FlyingKite,
     command_long,
@@ -20,12 +27,8 @@ from firmware_bench import (
 from protocol import dialect
 from sim_bridge.runtimes.interface import clock_us
 
-STANDBY, MANUAL, PARK, TRACK = (
-    dialect.KITE_MODE_STANDBY, dialect.KITE_MODE_MANUAL, dialect.KITE_MODE_PARK, dialect.KITE_MODE_TRACK)
 ACCEPTED, DENIED = dialect.MAV_RESULT_ACCEPTED, dialect.MAV_RESULT_DENIED
 REJECTED, UNSUPPORTED = dialect.MAV_RESULT_TEMPORARILY_REJECTED, dialect.MAV_RESULT_UNSUPPORTED
-ARM, DO_SET_MODE = dialect.MAV_CMD_COMPONENT_ARM_DISARM, dialect.MAV_CMD_DO_SET_MODE
-REQUEST_MESSAGE = dialect.MAV_CMD_REQUEST_MESSAGE
 
 
 def sticks(steering: float, target: int = 1) -> dialect.MAVLink_message:
