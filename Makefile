@@ -60,10 +60,13 @@ type: $(VENV)/.installed-dev ## pyright, the board modules against MicroPython's
 	@ln -sfn "$$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')" $(VENV)/stubs
 	$(BIN)/pyright --project pyrightconfig.boards.json
 
-test: $(VENV)/.installed-dev ## run the tests
-	$(BIN)/pytest
+test: $(VENV)/.installed-dev ## run the tests on all cores
+	$(BIN)/pytest -n auto --dist worksteal
+
+soak: $(VENV)/.installed-dev ## run the tests that take minutes or need real time, one after the other
+	$(BIN)/pytest -m soak -o addopts="-v --strict-markers"
 
 clean: ## remove .venv and what was built
 	rm -rf $(VENV) build dist *.egg-info
 
-.PHONY: help install sitl paper reality flash board-image generate lint type test clean
+.PHONY: help install sitl paper reality flash board-image generate lint type test soak clean
