@@ -20,10 +20,10 @@ from .prediction import Prediction
 from .requests import Requests
 from .sphere import wrap
 from .steering import Steering
-from .steering_history import SteeringHistory
+from .steering_history import ROOM, SteeringHistory
 from .target_curve import FigureEight
 from .telemetry import Telemetry
-from .ticks import ticks_diff
+from .ticks import ticks_since
 from .turn_k_estimate import TurnKEstimate
 
 _NO_CONTROLS = (0.0,) * 15
@@ -53,7 +53,9 @@ class Autopilot:
         self.telemetry = Telemetry(link, self)
         self.modes = ModeMachine(self.parameters, self.kite, self.telemetry.say)
         self.keeper = Keeper(self.parameters, self.modes, storage, retained, self.telemetry.say)
-        self.requests = Requests(self.parameters, self.modes, self.kite, self.keeper, link, self.telemetry)
+        self.requests = Requests(
+            self.parameters, self.modes, self.kite, self.turn_k, self.keeper, link, self.telemetry
+        )
         self.target_course = 0.0
         self.period_us = 20000
         self.tick_us = 0
@@ -62,31 +64,40 @@ class Autopilot:
         self._flags = HIL_ACTUATOR_CONTROLS_FLAGS_LOCKSTEP if lockstep else 0
         self._uptime_us = 0  # does not wrap
         self._last_tick = None
+        self._behind_us = 0  # of the loop's beat: time that is not in the steering's history yet
         self._loaded = -1
         self.keeper.start(reset_cause)
 
     def tick(self, now):
         """Run the loop once at `now` [us, wrapped]. The link has put what arrived into `inbox` before."""
-        elapsed_us = 0 if self._last_tick is None else ticks_diff(now, self._last_tick)
+        elapsed_us = 0 if self._last_tick is None else ticks_since(now, self._last_tick)
         self._uptime_us += elapsed_us
         self.link.budget.refill(elapsed_us)
         self._last_tick = now
         if self._loaded != self.parameters.version:
             self._load_parameters()
+        missing = self.kite.wait(elapsed_us)  # a gap that ends in this tick was one all the same
         sample = self.inbox.take_sample()
-        fresh = sample is not None and self.kite.take(sample, now, self.steering.asked)
-        self.modes.update(now)
+        fresh = sample is not None and self.kite.take(sample, self.steering.asked)
+        self.modes.update(elapsed_us, missing, fresh)
         if fresh:
             self._learn(now)
         self._steer(fresh, now)
-        self.history.note(self.steering.asked, (elapsed_us + self.period_us // 2) // self.period_us)
+        self.history.note(self.steering.asked, self._whole_ticks(elapsed_us))
         self.link.send(
             HIL_ACTUATOR_CONTROLS, (self._uptime_us, self._flags, self.steering.asked) + _NO_CONTROLS + (0,)
         )
         self.requests.serve(self.inbox, now, self._uptime_us)
-        self.keeper.update(now)  # before the link is flushed: what is acknowledged is kept
+        self.keeper.update(elapsed_us)  # before the link is flushed: what is acknowledged is kept
         self.telemetry.send_due(now, self._uptime_us)
         self.link.flush()
+
+    def _whole_ticks(self, elapsed_us):
+        """Periods that went by with this tick, 1 at least; what is left of a period counts with the next."""
+        behind_us = min(self._behind_us + elapsed_us, self.period_us * ROOM)
+        ticks = max(1, (behind_us + self.period_us // 2) // self.period_us)
+        self._behind_us = max(behind_us - ticks * self.period_us, -self.period_us)
+        return ticks
 
     def note_tick_time(self, tick_us):
         """Account for the time [us] that a tick took."""
@@ -118,7 +129,8 @@ class Autopilot:
     def _adapt(self):
         """Put what was found in flight in the parameters' place, where that is asked for."""
         if self.turn_k.in_use:
-            self.steering.config.turn_k = self.prediction.config.turn_k = self.turn_k.value
+            turn_k = self.turn_k.value
+            self.steering.config.turn_k = self.prediction.config.turn_k = self.kite.config.turn_k = turn_k
         if self.gains.known:
             self.steering.config.gain_p = self.gains.gain_p
             self.guidance.config.gain_l = self.gains.gain_l
@@ -139,12 +151,12 @@ class Autopilot:
             self.guidance.step_exactly(kite)
         elif fresh or not self.guidance.running:
             self.guidance.step(self.kite.frame, self.kite.interval)
-        if self.modes.stale or mode == KITE_MODE_STANDBY:
-            self.target_course = kite.course
-            self.steering.hold(0.0, dt)
-        elif mode == KITE_MODE_MANUAL:
+        if mode == KITE_MODE_MANUAL:
             self.target_course = kite.course
             self.steering.hold(self.modes.manual_steering, dt)
+        elif self.modes.stale or mode == KITE_MODE_STANDBY:
+            self.target_course = kite.course
+            self.steering.release()
         elif mode == KITE_MODE_PARK:
             self.target_course = 0.0  # straight up, towards the zenith
             self.steering.follow(0.0, 0.0, kite, dt)

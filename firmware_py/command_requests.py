@@ -40,9 +40,9 @@ class CommandRequests:
         command = values[7]
         accepted = MAV_RESULT_ACCEPTED
         if command == MAV_CMD_COMPONENT_ARM_DISARM:
-            result = self._arm_or_disarm(values[0], now, problem)
+            result = self._arm_or_disarm(values[0], problem)
         elif command == MAV_CMD_DO_SET_MODE:
-            result = self._set_mode(values[1], now, problem)
+            result = self._set_mode(values[1], problem)
         elif command == MAV_CMD_PREFLIGHT_STORAGE:
             result = self._storage.run(values[0])
         elif command == MAV_CMD_REQUEST_MESSAGE:
@@ -61,9 +61,9 @@ class CommandRequests:
         """Send COMMAND_ACK."""
         self._link.send(COMMAND_ACK, (command, result, 0, 0, system, component))
 
-    def _arm_or_disarm(self, wanted, now, problem):
+    def _arm_or_disarm(self, wanted, problem):
         if wanted == 1.0:
-            reason = self._modes.arm(now, problem)
+            reason = self._modes.arm(problem)
             if reason is not None:
                 self._say(MAV_SEVERITY_WARNING, reason)
                 return MAV_RESULT_TEMPORARILY_REJECTED
@@ -73,10 +73,10 @@ class CommandRequests:
             return MAV_RESULT_DENIED
         return MAV_RESULT_ACCEPTED
 
-    def _set_mode(self, mode, now, problem):
+    def _set_mode(self, mode, problem):
         if not 0.0 <= mode <= 255.0 or mode % 1.0:
             return MAV_RESULT_DENIED
-        reason = self._modes.command(int(mode), now, problem)
+        reason = self._modes.command(int(mode), problem)
         if reason is None:
             return MAV_RESULT_ACCEPTED
         self._say(MAV_SEVERITY_WARNING, reason)

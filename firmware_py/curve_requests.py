@@ -1,7 +1,8 @@
 """Requests that wait until the target curve has been checked, which takes several ticks, while others go past."""
 
 from .generated_messages import KITE_VALID_DISTANCE, PARAM_SET
-from .generated_parameters import LINE_LENGTH
+from .generated_parameters import LINE_LENGTH, TURN_K
+from .inbox import sender_of
 from .parameters import UNKNOWN
 from .target_curve import CURVE_PARAMETERS, CurveCheck
 
@@ -14,16 +15,18 @@ _RESTLESS = "the eight is being changed"
 class CurveRequests:
     """One check at a time: commands first, then parameters, of the senders in turn.
 
-    A sender's newer value takes the place of an older one that still waits.
+    A sender's newer value takes the place of an older one that still waits. The eight is checked for the kite that is
+    flown: with the K that was found in flight where that is in use.
     """
 
-    def __init__(self, parameters, kite):
+    def __init__(self, parameters, kite, turn_k):
         self._parameters = parameters
         self._kite = kite
+        self._turn_k = turn_k
         self._check = CurveCheck()
         self._commands = []
         self._sets = []
-        self._current = None  # (message, values, system, component)
+        self._current = None  # the request, as in the inbox's queues
         self._curve = None  # what the check began with
         self._tries = 0
         self._last = -1  # sender of the set that was checked last
@@ -38,7 +41,7 @@ class CurveRequests:
         name = request[1][3]
         for index in range(len(self._sets)):
             other = self._sets[index]
-            if other[1][3] == name and other[2] == request[2] and other[3] == request[3]:
+            if other[1][3] == name and sender_of(other) == sender_of(request):
                 self._sets[index] = request
                 return True
         if len(self._sets) >= _SETS:
@@ -73,6 +76,10 @@ class CurveRequests:
         self._tries = 0
         return problem
 
+    def commands_wait(self):
+        """True while a command waits, or is looked at."""
+        return bool(self._commands) or (self._current is not None and self._current[0] != PARAM_SET)
+
     def take_commands(self):
         """Take all commands out; return them."""
         commands = self._commands
@@ -88,11 +95,11 @@ class CurveRequests:
             return None
         chosen = 0
         for index in range(len(sets)):
-            if sets[index][2] << 8 | sets[index][3] != self._last:
+            if sender_of(sets[index]) != self._last:
                 chosen = index
                 break
         request = sets.pop(chosen)
-        self._last = request[2] << 8 | request[3]
+        self._last = sender_of(request)
         return request
 
     def _begin(self, index, value):
@@ -100,6 +107,8 @@ class CurveRequests:
         values = list(self._parameters.values)
         if index != UNKNOWN:
             values[index] = value
+        if self._turn_k.in_use and index != TURN_K:
+            values[TURN_K] = self._turn_k.value
         measured = self._kite.valid & KITE_VALID_DISTANCE
         self._check.begin(values, self._kite.distance if measured else values[LINE_LENGTH])
 

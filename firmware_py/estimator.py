@@ -30,6 +30,11 @@ _HISTORY = 32
 _FROM_COURSE = 1.0
 _FROM_POSITIONS = 2.0
 _FROM_HEADING = 3.0
+_LEAST_DISTANCE = 1.0  # [m]
+_MOST_DISTANCE = 10000.0
+_MOST_AIRSPEED = 200.0  # [m/s]
+_AHEAD_US = 5000000  # a stamp further ahead than this is an error of the sensor's clock, not a link that catches up
+_FOREVER_US = 1 << 29  # ages count no further
 _STANDING = 1e-6  # a chord no longer than this is rounding, and has no direction [rad]
 _SLACK = 0.003  # a jump of this size is sensor noise, however short the time [rad]
 
@@ -83,7 +88,11 @@ class Estimator:
         self.dropped = 0
         self._heard = False
         self._stale = True
-        self._arrival = 0
+        self._age_us = 0  # since a sample was accepted
+        self._looked_time = 0  # the sample before this one, accepted or not
+        self._looked_azimuth = 0.0
+        self._looked_elevation = 0.0
+        self._looked_age_us = _FOREVER_US
         self._history = [(0, 0.0, 0.0, 0.0)] * _HISTORY  # (time, x, y, z), a ring
         self._count = 0
         self._oldest = 0  # the position that the chord starts from
@@ -92,24 +101,33 @@ class Estimator:
         self._turning = 0.0  # smoothed rate of the chord's direction, without the meridians' turning [rad/s]
         self.meridian_turning = 0.0  # since the sample before, to be added to a change of course or heading [rad]
 
-    def age_us(self, now):
-        """Time since the newest sample arrived [us]; None when there never was one."""
-        return ticks_diff(now, self._arrival) if self._heard else None
+    def has_heard(self):
+        """True once a sample was accepted."""
+        return self._heard
 
-    def is_stale(self, now):
-        """True when there is no sample that is fresh enough to steer by. Asked each tick: the clock wraps."""
-        if ticks_diff(now, self._arrival) > self.config.stale_us:
+    def is_stale(self):
+        """True when no sample that was accepted is fresh enough to steer by."""
+        return self._stale
+
+    def wait(self, elapsed_us):
+        """Let `elapsed_us` pass, before what has arrived meanwhile is looked at; return True if samples are stale then.
+
+        Ages are counted up instead of being differences of times: the clock may wrap, or jump.
+        """
+        self._age_us = min(self._age_us + elapsed_us, _FOREVER_US)
+        self._looked_age_us = min(self._looked_age_us + elapsed_us, _FOREVER_US)
+        if self._age_us > self.config.stale_us:
             self._stale = True
         return self._stale
 
-    def take(self, sample, now, asked):
-        """Use `sample` (values of KITE_SENSORS) at `now`; `asked` is the steering last asked for.
+    def take(self, sample, asked):
+        """Use `sample` (values of KITE_SENSORS), which has just arrived; `asked` is the steering last asked for.
 
-        Returns True if the sample was good, False if it was dropped, and counts that.
+        Returns True if the sample was accepted, False if it was dropped, and counts that.
         """
-        fresh_start = self.is_stale(now)
+        fresh_start = self._stale
         interval = 0.0 if fresh_start else ticks_diff(sample[0], self.sample_time) * 1e-6
-        if not self._is_plausible(sample, fresh_start, interval):
+        if not self._is_sane(sample) or not self._brings_news(sample, fresh_start):
             self.dropped += 1
             return False
         if fresh_start:
@@ -117,7 +135,7 @@ class Estimator:
             self._turning = 0.0
         self._heard = True
         self._stale = False
-        self._arrival = now
+        self._age_us = 0
         self.sample_time = sample[0]
         self.interval = interval
         self._copy(sample, asked)
@@ -132,8 +150,8 @@ class Estimator:
         reach = speed * self._span
         return speed * (1.0 + min(1.0, bend * bend / 24.0 + reach * reach / 6.0))
 
-    def _is_plausible(self, sample, fresh_start, interval):
-        """False for a sample without position, not finite, out of range, back in time, or too far from the last."""
+    def _is_sane(self, sample):
+        """False for a sample without position, not finite, or out of range."""
         valid = sample[9]
         if valid & _POSITION != _POSITION:
             return False
@@ -142,20 +160,45 @@ class Estimator:
                 return False
         if abs(sample[1]) > 3.2 or abs(sample[2]) > 1.5708:
             return False
-        if (valid & KITE_VALID_DISTANCE and sample[3] <= 0.0) or (valid & KITE_VALID_AIRSPEED and sample[6] < 0.0):
+        if valid & KITE_VALID_DISTANCE and not _LEAST_DISTANCE <= sample[3] <= _MOST_DISTANCE:
             return False
-        if fresh_start:
-            return True
-        if interval <= 0.0:
-            return False
-        return self._distance_to(sample[1], sample[2]) <= self.config.jump_rate * interval + _SLACK
+        return not valid & KITE_VALID_AIRSPEED or 0.0 <= sample[6] <= _MOST_AIRSPEED
 
-    def _distance_to(self, azimuth, elevation):
-        """Great-circle distance [rad] from the last position (haversine, exact for small angles in float32)."""
-        vertical = sin(0.5 * (elevation - self.elevation))
-        horizontal = sin(0.5 * (azimuth - self.azimuth))
-        half = vertical * vertical + sin(0.5 * pi - elevation) * self.frame.e1z * horizontal * horizontal
-        return 2.0 * atan2(sqrt(half), sqrt(max(0.0, 1.0 - half)))
+    def _brings_news(self, sample, fresh_start):
+        """True for a sample that is later than what was heard, from where the kite can have come.
+
+        It is held against the sample before it even where that was refused, so that jumps are not accepted one by one,
+        each as soon as there was time enough for it.
+        """
+        time_us, azimuth, elevation = sample[0], sample[1], sample[2]
+        span_us = ticks_diff(time_us, self.sample_time)
+        if not fresh_start and span_us <= 0:
+            return False
+        news = True
+        if fresh_start or self._looked_time != self.sample_time:
+            if self._looked_age_us <= self.config.stale_us:
+                news = self._is_way(
+                    ticks_diff(time_us, self._looked_time), self._looked_age_us,
+                    self._looked_azimuth, self._looked_elevation, azimuth, elevation,
+                )
+            else:
+                news = time_us != self._looked_time or not self._heard
+        self._looked_time = time_us
+        self._looked_azimuth = azimuth
+        self._looked_elevation = elevation
+        self._looked_age_us = 0
+        if fresh_start or not news:
+            return news
+        return self._is_way(span_us, self._age_us, self.azimuth, self.elevation, azimuth, elevation)
+
+    def _is_way(self, span_us, age_us, azimuth, elevation, to_azimuth, to_elevation):
+        """True if the kite can have flown from one place to the other in `span_us`, by the sensor's clock.
+
+        `age_us` is the same span by the firmware's clock: less, where a link catches up with what it held back.
+        """
+        if not 0 < span_us <= age_us + _AHEAD_US:
+            return False
+        return distance(azimuth, elevation, to_azimuth, to_elevation) <= self.config.jump_rate * span_us * 1e-6 + _SLACK
 
     def _copy(self, sample, asked):
         """Take over the quantities that are valid; stand in for the others."""
@@ -228,3 +271,11 @@ class Estimator:
             self._turning += (rate - self._turning) * self.interval / (self.interval + self.config.course_window)
         self._chord = chord
         self._span = span
+
+
+def distance(azimuth, elevation, to_azimuth, to_elevation):
+    """Great-circle distance [rad] between two places (haversine, exact for small angles in float32)."""
+    vertical = sin(0.5 * (to_elevation - elevation))
+    horizontal = sin(0.5 * (to_azimuth - azimuth))
+    half = vertical * vertical + sin(0.5 * pi - to_elevation) * sin(0.5 * pi - elevation) * horizontal * horizontal
+    return 2.0 * atan2(sqrt(half), sqrt(max(0.0, 1.0 - half)))

@@ -101,7 +101,7 @@ MAV_FTP_ERR_EOF = 6
 MAV_FTP_ERR_UNKNOWNCOMMAND = 7
 MAV_FTP_ERR_FILENOTFOUND = 10
 
-CONTRACT_HASH = '75a82a119f4abcd6'
+CONTRACT_HASH = 'a85f7289ba49c07a'
 
 # id: (struct format in wire order, CRC extra, length of the payload, its length in MAVLink 1)
 MESSAGES = {

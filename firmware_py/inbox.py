@@ -18,14 +18,15 @@ from .ticks import ticks_diff
 
 _QUESTIONS = 64
 _ORDERS = 32
-_URGENT = 8
+_URGENT = 4  # of each kind
 _FILES = 4  # each holds a quarter of a kilobyte
 _RESERVED = 4  # last places of a queue, for senders that have nothing in it
 _ORDER_MESSAGES = (COMMAND_LONG, COMMAND_INT, PARAM_SET, MANUAL_CONTROL, HEARTBEAT)
+_COMMANDS = (COMMAND_LONG, COMMAND_INT)
 
 
 class Queue:
-    """Requests (message, values, system, component), oldest first; one sender alone cannot fill it."""
+    """Requests (message, values, system, component, sequence), oldest first; one sender alone cannot fill it."""
 
     def __init__(self, room):
         self.requests = []
@@ -35,7 +36,7 @@ class Queue:
     def put(self, request):
         """Add a request; False if there is no room for it."""
         count = len(self.requests)
-        sender = request[2] << 8 | request[3]
+        sender = sender_of(request)
         waiting = self._waiting.get(sender, 0)
         if count >= self._room or (waiting and count >= self._room - _RESERVED):
             return False
@@ -46,7 +47,7 @@ class Queue:
     def take(self):
         """The oldest request."""
         request = self.requests.pop(0)
-        sender = request[2] << 8 | request[3]
+        sender = sender_of(request)
         left = self._waiting[sender] - 1
         if left:
             self._waiting[sender] = left
@@ -58,8 +59,9 @@ class Queue:
 class Inbox:
     """Samples and ticks go past the queues, so that no flood of requests can hold them up.
 
-    What changes something (`orders`) does not wait behind what only asks (`questions`); disarming, and PARK, wait for
-    nobody: `urgent` holds them with the number of orders that came before.
+    What changes something (`orders`) does not wait behind what only asks (`questions`). Disarming, and PARK, wait for
+    nobody: `urgent` holds them with the number of orders that came before. Each of the two has places of its own there,
+    and where these are taken the newest of the kind takes the last of them: all of a kind do the same.
     """
 
     def __init__(self):
@@ -67,18 +69,18 @@ class Inbox:
         self.tick = None  # values of KITE_TICK
         self.questions = Queue(_QUESTIONS)
         self.orders = Queue(_ORDERS)
-        self.urgent = []
+        self.urgent = []  # (request, orders that came before)
         self.files = []  # FILE_TRANSFER_PROTOCOL: (values, system, component)
         self.refused = 0  # requests that found their queue full
 
-    def put(self, message, values, system, component):
-        """Take a message (values in wire order) from `system` and `component`."""
+    def put(self, message, values, system, component, sequence=None):
+        """Take a message (values in wire order) from `system` and `component`; `sequence` is its frame's number."""
         if message == KITE_SENSORS:
             if self.sample is None or ticks_diff(values[0], self.sample[0]) > 0:
                 self.sample = values
         elif message == KITE_TICK:
             self.tick = values
-        elif not self._put_request(message, values, system, component):
+        elif not self._put_request(message, values, system, component, sequence):
             self.refused += 1
 
     def take_sample(self):
@@ -87,23 +89,49 @@ class Inbox:
         self.sample = None
         return sample
 
-    def _put_request(self, message, values, system, component):
+    def take_urgent(self):
+        """What is urgent since the last call, oldest first: (request, orders that came before it)."""
+        urgent = self.urgent
+        if urgent:
+            self.urgent = []
+        return urgent
+
+    def _put_request(self, message, values, system, component, sequence):
         if message == FILE_TRANSFER_PROTOCOL:
             if len(self.files) >= _FILES:
                 return False
             self.files.append((values, system, component))
             return True
-        request = (message, values, system, component)
+        request = (message, values, system, component, sequence)
         if message not in _ORDER_MESSAGES:
             return self.questions.put(request)
-        if message in (COMMAND_LONG, COMMAND_INT) and is_safe(values) and len(self.urgent) < _URGENT:
-            self.urgent.append((request, len(self.orders.requests)))
-            return True
+        if message in _COMMANDS and is_safe(values):
+            return self._put_urgent(request)
         return self.orders.put(request)
+
+    def _put_urgent(self, request):
+        """False where one of the same kind had to give way."""
+        kind = _disarms(request[1])
+        same = [index for index in range(len(self.urgent)) if _disarms(self.urgent[index][0][1]) == kind]
+        full = len(same) >= _URGENT
+        if full:
+            self.urgent.pop(same[-1])
+        self.urgent.append((request, len(self.orders.requests)))
+        return not full
+
+
+def sender_of(request):
+    """System and component of whoever sent a request, as one number."""
+    _, _, system, component, _ = request
+    return system << 8 | component
 
 
 def is_safe(values):
     """True for a command (values of COMMAND_LONG or COMMAND_INT) that brings the kite to rest: disarm, or PARK."""
+    return _disarms(values) or (values[7] == MAV_CMD_DO_SET_MODE and values[1] == KITE_MODE_PARK)
+
+
+def _disarms(values):
     if values[7] == MAV_CMD_COMPONENT_ARM_DISARM:
         return values[0] == 0.0
-    return values[7] == MAV_CMD_DO_SET_MODE and values[1] in (KITE_MODE_PARK, KITE_MODE_STANDBY)
+    return values[7] == MAV_CMD_DO_SET_MODE and values[1] == KITE_MODE_STANDBY

@@ -5,9 +5,10 @@ from .generated_messages import MAV_SEVERITY_INFO, MAV_SEVERITY_WARNING
 from .generated_parameters import PARAMETERS
 from .parameter_store import ParameterStore
 from .recovery import Recovery
-from .ticks import ticks_diff
 
 _SETTLE_US = 1000000  # flash is written when nothing has changed for this long: a set of gains comes one by one
+_WRITES = 8  # to flash, one after the other: a sector stands some 100,000, and a station may set things on and on
+_WRITE_AGAIN_US = 60000000  # after them, one in this time
 _STATIONS = 8  # ground stations that are told what happened at the start
 
 
@@ -28,7 +29,10 @@ class Keeper:
         self._unsaved = False
         self._version = -1  # of the parameters, when last kept
         self._armed = None  # when last kept; None makes the first tick keep
-        self._changed_us = 0
+        self._quiet_us = 0  # since the last change
+        self._writes_left = _WRITES
+        self._earning_us = 0  # towards the next write
+        self._told_spared = False
 
     def start(self, reset_cause):
         """Load the parameters; after a watchdog reset in flight also fly on. None: there was no reset to tell of."""
@@ -47,18 +51,26 @@ class Keeper:
             self._modes.recover()
         self._keep()  # at once: what an earlier flight left there must not be taken for this one
 
-    def update(self, now):
-        """Keep what has changed; `now` [us, wrapped]. Integers only, and next to nothing where nothing has changed."""
+    def update(self, elapsed_us):
+        """Keep what has changed; `elapsed_us` since the last call. Next to nothing to do where nothing has changed."""
+        if self._writes_left < _WRITES:
+            self._earning_us += elapsed_us
+            if self._earning_us >= _WRITE_AGAIN_US:
+                self._earning_us = 0
+                self._writes_left += 1
         armed = self._modes.armed()
         version = self._parameters.version
         if version != self._version or armed != self._armed:
             if version != self._version:
                 self._unsaved = self.store is not None
-            self._changed_us = now
+            self._quiet_us = 0
             self._armed = armed
             self._keep()
-        elif self._unsaved and not armed and ticks_diff(now, self._changed_us) >= _SETTLE_US:
-            self.save()
+        elif self._unsaved and not armed:
+            self._quiet_us += elapsed_us
+            if self._quiet_us >= _SETTLE_US:
+                self._quiet_us = 0
+                self.save()
 
     def greet(self, system):
         """A ground station of this `system` id is there: tell it once what happened at the start."""
@@ -68,10 +80,20 @@ class Keeper:
                 self._say(severity, text)
 
     def save(self):
-        """Write the parameters to flash; return False if that failed, or while armed."""
+        """Write the parameters to flash; return False if that failed, is put off to spare it, or while armed."""
         if self.store is None or self._modes.armed():
             return False
-        self._unsaved = False
+        if self.store.holds(self._parameters):
+            self._unsaved = False
+            return True
+        if not self._writes_left:
+            self._unsaved = True
+            if not self._told_spared:
+                self._told_spared = True
+                self._say(MAV_SEVERITY_WARNING, "parameters saved later: flash spared")
+            return False
+        self._writes_left -= 1
+        self._unsaved = self._told_spared = False
         saved = self.store.save(self._parameters)
         if saved:
             self._say(MAV_SEVERITY_INFO, "parameters saved")

@@ -29,6 +29,7 @@ class Decoder:
         self.message = 0
         self.system = 0
         self.component = 0
+        self.sequence = 0
         self.values = ()
         self.frames = 0
         self.bad_crc = 0
@@ -122,6 +123,7 @@ class Decoder:
         self.message = message
         self.system = buffer[sequence + 1]
         self.component = buffer[sequence + 2]
+        self.sequence = buffer[sequence]
         self._follow_sequence(sequence, True)
         if length >= full_length:
             self.values = struct.unpack_from(layout, buffer, payload)

@@ -50,7 +50,7 @@ class MavlinkLink:
             taken += len(data)
             decoder.feed(data)
             while decoder.next_frame(whole):
-                inbox.put(decoder.message, decoder.values, decoder.system, decoder.component)
+                inbox.put(decoder.message, decoder.values, decoder.system, decoder.component, decoder.sequence)
             if inbox.tick is not None:
                 break
         return taken

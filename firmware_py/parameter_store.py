@@ -53,14 +53,19 @@ class ParameterStore:
                 parameters.set(index, values[index])
         return report
 
+    def holds(self, parameters):
+        """True if the newest record has them all as they are."""
+        newest, _, generation = self._newest(LoadReport())
+        return newest is not None and _entries(newest) == _entries(_pack(parameters, generation))
+
     def save(self, parameters):
         """Store `parameters`; return False if the storage failed. Writes nothing where the newest record has it all.
 
-        Stalls a board for some 100 ms: call it only when disarmed.
+        Stalls a board for some 100 ms, and wears flash: call it only when disarmed.
         """
         newest, slot, generation = self._newest(LoadReport())
         record = _pack(parameters, generation + 1)
-        if newest is not None and newest[_HEADER_BYTES:-_CRC_BYTES] == record[_HEADER_BYTES:-_CRC_BYTES]:
+        if newest is not None and _entries(newest) == _entries(record):
             return True
         try:
             self._storage.write(TEMPORARY, record)
@@ -116,6 +121,11 @@ class ParameterStore:
             if not stored[index] and not PARAMETERS[index][5] & READ_ONLY:
                 report.missing.append(PARAMETERS[index][0])
         return values
+
+
+def _entries(record):
+    """Names and values of a record."""
+    return record[_HEADER_BYTES:-_CRC_BYTES]
 
 
 def _pack(parameters, generation):

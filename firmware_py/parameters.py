@@ -6,7 +6,7 @@ from .generated_messages import (
     MAV_PARAM_ERROR_READ_ONLY,
     MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE,
 )
-from .generated_parameters import DISARMED_ONLY, PARAMETERS, READ_ONLY
+from .generated_parameters import DISARMED_ONLY, OFF_AT_ZERO, PARAMETERS, READ_ONLY
 
 UNKNOWN = -1
 
@@ -35,7 +35,9 @@ class Parameters:
         _, _, least, greatest, step, flags = PARAMETERS[index]
         if flags & READ_ONLY:
             return MAV_PARAM_ERROR_READ_ONLY
-        if not least <= value <= greatest:  # also refuses NaN
+        if flags & OFF_AT_ZERO and value == 0.0:
+            step = 0.0
+        elif not least <= value <= greatest:  # also refuses NaN
             return MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE
         if step and (value - least) % step:
             return MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE

@@ -1,5 +1,6 @@
 """Answers what ground stations ask: parameters, commands, time, files."""
 
+from .command_order import CommandOrder
 from .command_requests import CommandRequests
 from .curve_requests import CurveRequests
 from .file_server import FileServer
@@ -7,10 +8,12 @@ from .generated_messages import (
     COMMAND_INT,
     COMMAND_LONG,
     HEARTBEAT,
+    KITE_MODE_MANUAL,
     MANUAL_CONTROL,
     MAV_CMD_COMPONENT_ARM_DISARM,
     MAV_CMD_DO_SET_MODE,
     MAV_RESULT_TEMPORARILY_REJECTED,
+    MAV_SEVERITY_WARNING,
     MAV_TYPE_GCS,
     MISSION_COUNT,
     MISSION_REQUEST_LIST,
@@ -22,7 +25,7 @@ from .generated_messages import (
     TIMESYNC,
 )
 from .generated_parameters import SYSTEM_ID
-from .inbox import is_safe
+from .inbox import is_safe, sender_of
 from .parameter_requests import ParameterRequests
 from .parameters import UNKNOWN
 
@@ -30,17 +33,18 @@ _ORDERS_PER_TICK = 6
 _PER_TICK = 8  # orders and questions
 _COMPONENT = 1
 _MOVING = (MAV_CMD_COMPONENT_ARM_DISARM, MAV_CMD_DO_SET_MODE)
-_OVERTAKEN = -1  # in the place of a command's message: a disarm, or PARK, came after it and was obeyed before it
+_OVERTAKEN = -1  # in the place of a command's message: one that came after it was obeyed before it
 
 
 class Requests:
     """Handlers by message.
 
     A request for which the target curve must be checked is put aside for as many ticks as that takes, and those behind
-    it go on. Commands put aside, or waiting, are rejected when a disarm or PARK comes after them.
+    it go on. Commands put aside are rejected when another that moves the kite comes after them; those that wait, when
+    a disarm or PARK does.
     """
 
-    def __init__(self, parameters, modes, kite, keeper, link, telemetry):
+    def __init__(self, parameters, modes, kite, turn_k, keeper, link, telemetry):
         self._system = parameters.values  # looked up at each request: it may change
         self._modes = modes
         self._keeper = keeper
@@ -49,7 +53,9 @@ class Requests:
         self._commands = CommandRequests(
             parameters, modes, keeper, link, telemetry, self._parameters.announce
         )
-        self._curve = CurveRequests(parameters, kite)
+        self._curve = CurveRequests(parameters, kite, turn_k)
+        self._order = CommandOrder()
+        self._say = telemetry.say
         self._files = FileServer(link)
         self._now = 0
         self._uptime_us = 0
@@ -72,10 +78,9 @@ class Requests:
         """Answer the oldest requests of `inbox`, a fixed number at most, and go on with lists, checks and files."""
         self._now = now
         self._uptime_us = uptime_us
-        for request, before in inbox.urgent:
+        for request, before in inbox.take_urgent():
             self._overtake(inbox.orders.requests, before, request)
             self._handle(inbox, request)
-        inbox.urgent.clear()
         orders = min(_ORDERS_PER_TICK, len(inbox.orders.requests))
         for _ in range(orders):
             self._handle(inbox, inbox.orders.take())
@@ -86,8 +91,19 @@ class Requests:
         self._files.serve(inbox.files, self._for_us)
 
     def _handle(self, inbox, request):
-        message, values, system, component = request
-        if self._needs_curve(request):
+        message, values, system, component, _ = request
+        moves = self._moves(request)
+        if moves and self._is_late(request):
+            self._say(MAV_SEVERITY_WARNING, "overtaken by a later command")
+            self._on_overtaken(values, system, component)
+            return
+        needs_curve = self._needs_curve(request)
+        if moves and not needs_curve and self._curve.commands_wait():
+            if self._modes.armed() or is_safe(values):
+                self._overtake_waiting()
+            else:
+                needs_curve = True  # it may be for the arming before it, which waits
+        if needs_curve:
             if not self._curve.put(request):
                 inbox.refused += 1
                 if message != PARAM_SET:
@@ -97,8 +113,20 @@ class Requests:
         if handler is not None:
             handler(values, system, component)
 
+    def _moves(self, request):
+        """True for a command to this kite that arms, disarms or changes the mode."""
+        message, values, _, _, _ = request
+        return message in (COMMAND_LONG, COMMAND_INT) and values[7] in _MOVING and self._for_us(values[8], values[9])
+
+    def _is_late(self, request):
+        _, values, _, _, sequence = request
+        is_mode = values[7] == MAV_CMD_DO_SET_MODE
+        wanted = values[1] if is_mode else values[0]
+        is_safe_one = is_safe(values) or (is_mode and wanted == KITE_MODE_MANUAL)
+        return self._order.is_late(sender_of(request), sequence, (values[7], wanted), is_safe_one, self._uptime_us)
+
     def _needs_curve(self, request):
-        message, values, _, _ = request
+        message, values, _, _, _ = request
         if message == PARAM_SET:
             return self._for_us(values[1], values[2]) and self._parameters.changes_curve(values[3], values[0]) >= 0
         if message in (COMMAND_LONG, COMMAND_INT):
@@ -110,7 +138,7 @@ class Requests:
         request = self._curve.next()
         if request is None:
             return
-        message, values, system, component = request
+        message, values, system, component, _ = request
         if self._needs_curve(request):  # it may not any more: another mode, an earlier copy
             index = self._parameters.changes_curve(values[3], values[0]) if message == PARAM_SET else UNKNOWN
             if not self._curve.advance(index, values[0]):
@@ -126,21 +154,25 @@ class Requests:
 
     def _overtake(self, orders, before, request):
         """Reject the commands that came before a disarm or PARK and would undo it."""
-        if not self._for_us(request[1][8], request[1][9]):
+        if not self._moves(request):
             return
-        for command in self._curve.take_commands():
-            self._on_overtaken(command[1], command[2], command[3])
+        self._overtake_waiting()
         for index in range(before):
-            message, values, system, component = orders[index]
-            if message in (COMMAND_LONG, COMMAND_INT) and values[7] in _MOVING and not is_safe(values):
-                orders[index] = (_OVERTAKEN, values, system, component)
+            _, values, system, component, sequence = orders[index]
+            if self._moves(orders[index]) and not is_safe(values):
+                orders[index] = (_OVERTAKEN, values, system, component, sequence)
+
+    def _overtake_waiting(self):
+        """Reject the commands that wait for the curve's check."""
+        for _, values, system, component, _ in self._curve.take_commands():
+            self._on_overtaken(values, system, component)
 
     def _for_us(self, system, component):
         return system in (0, int(self._system[SYSTEM_ID])) and component in (0, _COMPONENT)
 
     def _on_heartbeat(self, values, system, component):
         if values[1] == MAV_TYPE_GCS:
-            self._modes.hear_station(self._now)
+            self._modes.hear_station()
             self._keeper.greet(system)
 
     def _on_param_request_list(self, values, system, component):
@@ -165,7 +197,7 @@ class Requests:
 
     def _on_manual_control(self, values, system, component):
         if values[5] in (0, int(self._system[SYSTEM_ID])) and -1000 <= values[1] <= 1000:
-            self._modes.hear_manual(values[1] * 0.001, self._now)
+            self._modes.hear_manual(values[1] * 0.001)
 
     def _on_mission_request_list(self, values, system, component):
         target_system, target_component, mission_type = values

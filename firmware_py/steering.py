@@ -85,20 +85,31 @@ class Steering:
         self.error = 0.0
         self._limit(steering, dt)
 
+    def release(self):
+        """Ask for neutral steering, at once: nobody steers."""
+        self.status = 0
+        self.error = 0.0
+        self.asked = 0.0
+
     def _limit(self, wanted, dt):
         config = self.config
-        if wanted > config.limit:
-            wanted = config.limit
-            self.status |= KITE_STATUS_SATURATED
-        elif wanted < -config.limit:
-            wanted = -config.limit
+        if wanted != wanted:  # not a number steers nowhere  # noqa: PLR0124
+            wanted = 0.0
+        asked = _within(wanted, config.limit)
+        if asked != wanted:
             self.status |= KITE_STATUS_SATURATED
         if config.rate_limit:
+            before = _within(self.asked, config.limit)  # a limit that was lowered holds at once
             most = config.rate_limit * dt
-            if abs(wanted - self.asked) > most:
-                wanted = self.asked + (most if wanted > self.asked else -most)
+            if abs(asked - before) > most:
+                asked = before + (most if asked > before else -most)
                 self.status |= KITE_STATUS_SLEWED
-        self.asked = wanted
+        self.asked = asked
+
+
+def _within(value, limit):
+    """`value`, or the limit that it is beyond."""
+    return limit if value > limit else -limit if value < -limit else value
 
 
 def _still_turning(kite, needed):

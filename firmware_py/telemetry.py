@@ -67,7 +67,7 @@ class Telemetry:
             self._heartbeat_due = now
             for index in range(len(due)):
                 due[index] = ticks_add(now, _FIRST_US[index])
-        if ticks_diff(now, self._heartbeat_due) >= 0:
+        if _is_due(self._heartbeat_due, _SECOND, now):
             self._heartbeat_due = ticks_add(now, _SECOND)
             self._send_heartbeat()
         if self._texts:
@@ -76,12 +76,12 @@ class Telemetry:
             self._mode = self._autopilot.modes.mode
             if self._asked[1] >= 0:
                 due[1] = now
-        heard = self._autopilot.kite.age_us(now) is not None
+        heard = self._autopilot.kite.has_heard()
         for index in range(len(due)):
             period = self._period_us(index) if heard or _STREAMS[index] not in _OF_KITE else 0
             if not period:
                 due[index] = now
-            elif ticks_diff(now, due[index]) >= 0:
+            elif _is_due(due[index], period, now):
                 due[index] = _next_due(due[index], period, now)
                 if self._link.budget.has_room():
                     self.send(_STREAMS[index], now, uptime_us)
@@ -92,7 +92,7 @@ class Telemetry:
 
     def can_send(self, message, now):
         """True if there is something to say in such a message."""
-        return message not in _OF_KITE or self._autopilot.kite.age_us(now) is not None
+        return message not in _OF_KITE or self._autopilot.kite.has_heard()
 
     def interval(self, message):
         """The present interval [us] of a message that is sent regularly; 0 where it is not sent at present."""
@@ -183,6 +183,11 @@ class Telemetry:
                 up * frame.e1x + across * frame.e2x, -up * frame.e1y - across * frame.e2y, -up * frame.e1z,
             ),
         )
+
+
+def _is_due(due, period, now):
+    """True from `due` on, and where that lies further ahead than it can: the clock has jumped."""
+    return not 0 < ticks_diff(due, now) <= period + _SECOND
 
 
 def _next_due(due, period, now):

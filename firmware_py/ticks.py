@@ -12,3 +12,8 @@ def ticks_add(ticks_us, delta_us):
 def ticks_diff(later_us, earlier_us):
     """Signed time [us] from `earlier_us` to `later_us`; right for spans below 2^29 us, some nine minutes."""
     return ((later_us - earlier_us + _HALF) & MASK) - _HALF
+
+
+def ticks_since(later_us, earlier_us):
+    """Time [us] from `earlier_us` to `later_us`, where that is known to be the later one: 0 to MASK."""
+    return (later_us - earlier_us) & MASK

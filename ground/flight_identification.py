@@ -95,7 +95,7 @@ def propose(found: Identified, speed_over_length: float, loop_hz: float, table: 
         "FF_GAIN": 1.0, "INNER_P": 1.0 / (math.e * rest_s),
         "OUTER_L": 1.0 / (4.0 * speed_over_length * (rest_s + (_RATE_SLACK / rate if rate else 0.0))),
     }
-    kite, gains = ({name: min(max(value, table[name].least), table[name].greatest) for name, value in values.items()}
+    kite, gains = ({name: table[name].nearest(value) for name, value in values.items()}
                    for values in (kite, gains))
     return kite, gains
 

@@ -57,7 +57,7 @@ def is_changed(parameter: Parameter | None, value: float) -> bool:
 
 def limits(parameter: Parameter) -> str:
     """Least and greatest value."""
-    return f"{parameter.least:g} to {parameter.greatest:g}"
+    return parameter.range_text
 
 
 def short(text: str) -> str:

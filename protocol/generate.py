@@ -100,11 +100,11 @@ def firmware_messages(files: list[mavparse.MAVXML], constants: list[str], contra
 
 def firmware_parameters(table_text: str) -> str:
     """The firmware's parameter table: text of a module of literals."""
-    lines = [_HEADER, "DISARMED_ONLY = 1", "READ_ONLY = 2", "",
+    lines = [_HEADER, "DISARMED_ONLY = 1", "READ_ONLY = 2", "OFF_AT_ZERO = 4", "",
              "# (name, default, least, greatest, step, flags), in the order of param_index", "PARAMETERS = ("]
     table = parse_parameters(table_text)
     for p in table.values():
-        flags = p.disarmed_only + 2 * p.read_only
+        flags = p.disarmed_only + 2 * p.read_only + 4 * p.off_at_zero
         lines.append(f"    ({p.name!r}, {p.default}, {p.least}, {p.greatest}, {p.step}, {flags}),")
     lines += [")", ""]
     lines += [f"{name} = {index}" for index, name in enumerate(table)]

@@ -30,7 +30,8 @@ def _describe(parameter: Parameter) -> dict[str, object]:
     """The entry of one parameter."""
     described: dict[str, object] = {
         "name": parameter.name, "type": "Float", "shortDesc": parameter.text, "group": parameter.group,
-        "min": parameter.least, "max": parameter.greatest, "default": parameter.default,
+        "min": 0.0 if parameter.off_at_zero else parameter.least, "max": parameter.greatest,
+        "default": parameter.default,
         "decimalPlaces": 0 if parameter.step and parameter.step % 1.0 == 0.0 else _MOST_DECIMALS,
     }
     if parameter.unit:

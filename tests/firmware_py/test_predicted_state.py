@@ -263,6 +263,7 @@ def test_the_speed_is_the_arcs_not_the_chords():
         x, y, z = truth.position
         now = tick * 20000
         taken = sample(now, math.atan2(y, x), math.asin(z), 40.0, truth.course, truth.heading, 18.0)
-        assert kite.take(taken, now, 0.0)
+        kite.wait(20000)
+        assert kite.take(taken, 0.0)
     assert kite.speed < 0.985 * 18.0
     assert kite.sphere_speed() == pytest.approx(0.45, rel=3e-3)

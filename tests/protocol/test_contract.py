@@ -9,7 +9,7 @@ from pymavlink.generator import mavparse
 
 from firmware_py.generated_messages import CONTRACT_HASH as FIRMWARE_HASH
 from firmware_py.generated_messages import MESSAGES
-from firmware_py.generated_parameters import DISARMED_ONLY, PARAMETERS, READ_ONLY
+from firmware_py.generated_parameters import DISARMED_ONLY, OFF_AT_ZERO, PARAMETERS, READ_ONLY
 from protocol import dialect, generate
 from protocol.contract import CONTRACT_HASH
 from protocol.parameter_table import float32, load_parameters, parse_parameters
@@ -60,7 +60,8 @@ def test_every_parameter_fits_the_wire_and_both_tables_agree():
         assert bool(flags & READ_ONLY) == ours.read_only
         assert 1 <= len(name.encode("ascii")) <= 16
         assert all(float32(number) == number for number in (default, least, greatest, step))
-        assert least <= default <= greatest
+        assert bool(flags & OFF_AT_ZERO) == ours.off_at_zero
+        assert least <= default <= greatest or (ours.off_at_zero and default == 0.0)
         assert least < greatest
         assert not step or ((greatest - least) % step == 0 and (default - least) % step == 0)
 
