@@ -182,6 +182,7 @@ def test_a_command_to_track_that_waits_is_overtaken_by_a_later_one(later):
 def test_a_late_copy_of_a_command_changes_nothing(later):
     """The same station over a second link, half a second slower: its frames have the same numbers."""
     bench = Bench()
+    bench.set(MANUAL_TIME=5.0)
     bench.start(PARK)
     track = mode_command(TRACK).pack(bench._station)
     bench._station.seq += 1
