@@ -10,34 +10,30 @@ _REMEMBERED = 8
 
 
 class CommandOrder:
-    """Remembers the last few commands that were obeyed or refused: (sender, sequence, what, time)."""
+    """Remembers the last few commands that were obeyed."""
 
     def __init__(self):
-        self._commands = []
+        self._obeyed = []  # (sender, sequence, what, time), the newest last
 
     def is_late(self, sender, sequence, what, is_safe, uptime_us):
-        """True for a command that its sender overtook; else it is remembered.
+        """True for a command that was overtaken by one that its sender sent later, and that was obeyed.
 
-        `what` it asks for; one that asks for the same as the last is no harm. `is_safe`: PARK, MANUAL or disarm, which
-        are late only as the very frame that came before. `sequence` None: nothing is known of the order.
+        `what` it asks for: the same as that later one is no harm. `is_safe`: PARK, MANUAL or disarm, which are late
+        only as the very frame that was obeyed before. `sequence` None: nothing is known of the order.
         """
         if sequence is None:
             return False
-        recent = [command for command in self._commands if uptime_us - command[3] < _RECENT_US]
-        mine = [command for command in recent if command[0] == sender]
-        last = mine[-1] if mine else None
-        if last is None or (last[1] - sequence) & 0xFF > _BEHIND:
-            repeats = False
-        else:
-            repeats = last[2] == what
-            if not repeats and (not is_safe or _has(mine, sequence, what)):
-                return True
-        if not repeats:
-            recent.append((sender, sequence, what, uptime_us))
-        self._commands = recent[-_REMEMBERED:]
-        return False
+        last = None
+        obeyed = False
+        for command in self._obeyed:
+            if command[0] == sender and uptime_us - command[3] < _RECENT_US:
+                last = command
+                obeyed = obeyed or (command[1] == sequence and command[2] == what)
+        if last is None or last[2] == what or (last[1] - sequence) & 0xFF > _BEHIND:
+            return False
+        return obeyed or not is_safe
 
-
-def _has(commands, sequence, what):
-    """True if this very frame is among the `commands`."""
-    return any(command[1] == sequence and command[2] == what for command in commands)
+    def note(self, sender, sequence, what, uptime_us):
+        """A command was obeyed."""
+        self._obeyed = self._obeyed[1 - _REMEMBERED :]
+        self._obeyed.append((sender, sequence or 0, what, uptime_us))

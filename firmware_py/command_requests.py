@@ -36,7 +36,7 @@ class CommandRequests:
         return values[7] == MAV_CMD_DO_SET_MODE and values[1] == KITE_MODE_TRACK != self._modes.mode
 
     def run(self, values, problem, system, component, now, uptime_us):
-        """Do it and acknowledge it; `problem` is what speaks against flying the curve, or None."""
+        """Do it, acknowledge it, return the MAV_RESULT; `problem` speaks against flying the curve, or is None."""
         command = values[7]
         accepted = MAV_RESULT_ACCEPTED
         if command == MAV_CMD_COMPONENT_ARM_DISARM:
@@ -56,6 +56,7 @@ class CommandRequests:
             self._messages.send(values[0], values[1], now, uptime_us)
         elif command == MAV_CMD_GET_MESSAGE_INTERVAL:
             self._messages.send_interval(values[0])
+        return result
 
     def acknowledge(self, command, result, system, component):
         """Send COMMAND_ACK."""

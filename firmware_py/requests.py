@@ -12,6 +12,7 @@ from .generated_messages import (
     MANUAL_CONTROL,
     MAV_CMD_COMPONENT_ARM_DISARM,
     MAV_CMD_DO_SET_MODE,
+    MAV_RESULT_ACCEPTED,
     MAV_RESULT_TEMPORARILY_REJECTED,
     MAV_SEVERITY_WARNING,
     MAV_TYPE_GCS,
@@ -32,6 +33,7 @@ from .parameters import UNKNOWN
 _ORDERS_PER_TICK = 6
 _PER_TICK = 8  # orders and questions
 _COMPONENT = 1
+_COMMANDS = (COMMAND_LONG, COMMAND_INT)
 _MOVING = (MAV_CMD_COMPONENT_ARM_DISARM, MAV_CMD_DO_SET_MODE)
 _OVERTAKEN = -1  # in the place of a command's message: one that came after it was obeyed before it
 
@@ -64,8 +66,6 @@ class Requests:
             PARAM_REQUEST_LIST: self._on_param_request_list,
             PARAM_REQUEST_READ: self._on_param_request_read,
             PARAM_SET: self._on_param_set,
-            COMMAND_LONG: self._on_command,
-            COMMAND_INT: self._on_command,
             _OVERTAKEN: self._on_overtaken,
             MANUAL_CONTROL: self._on_manual_control,
             MISSION_REQUEST_LIST: self._on_mission_request_list,
@@ -109,6 +109,10 @@ class Requests:
                 if message != PARAM_SET:
                     self._commands.acknowledge(values[7], MAV_RESULT_TEMPORARILY_REJECTED, system, component)
             return
+        if message in _COMMANDS:
+            if self._for_us(values[8], values[9]):
+                self._run(request, None)
+            return
         handler = self._handlers.get(message)
         if handler is not None:
             handler(values, system, component)
@@ -116,20 +120,26 @@ class Requests:
     def _moves(self, request):
         """True for a command to this kite that arms, disarms or changes the mode."""
         message, values, _, _, _ = request
-        return message in (COMMAND_LONG, COMMAND_INT) and values[7] in _MOVING and self._for_us(values[8], values[9])
+        return message in _COMMANDS and values[7] in _MOVING and self._for_us(values[8], values[9])
 
     def _is_late(self, request):
         _, values, _, _, sequence = request
-        is_mode = values[7] == MAV_CMD_DO_SET_MODE
-        wanted = values[1] if is_mode else values[0]
-        is_safe_one = is_safe(values) or (is_mode and wanted == KITE_MODE_MANUAL)
-        return self._order.is_late(sender_of(request), sequence, (values[7], wanted), is_safe_one, self._uptime_us)
+        what = _what(values)
+        is_safe_one = is_safe(values) or what == (MAV_CMD_DO_SET_MODE, KITE_MODE_MANUAL)
+        return self._order.is_late(sender_of(request), sequence, what, is_safe_one, self._uptime_us)
+
+    def _run(self, request, problem):
+        """Do what a command asks for; `problem` is what speaks against flying the curve, or None."""
+        _, values, system, component, sequence = request
+        result = self._commands.run(values, problem, system, component, self._now, self._uptime_us)
+        if result == MAV_RESULT_ACCEPTED and self._moves(request):
+            self._order.note(sender_of(request), sequence, _what(values), self._uptime_us)
 
     def _needs_curve(self, request):
         message, values, _, _, _ = request
         if message == PARAM_SET:
             return self._for_us(values[1], values[2]) and self._parameters.changes_curve(values[3], values[0]) >= 0
-        if message in (COMMAND_LONG, COMMAND_INT):
+        if message in _COMMANDS:
             return self._for_us(values[8], values[9]) and self._commands.needs_curve(values)
         return False
 
@@ -150,7 +160,7 @@ class Requests:
         if message == PARAM_SET:
             self._parameters.set(values[3], values[0], problem, system, component)
         else:
-            self._commands.run(values, problem, system, component, self._now, self._uptime_us)
+            self._run(request, problem)
 
     def _overtake(self, orders, before, request):
         """Reject the commands that came before a disarm or PARK and would undo it."""
@@ -187,10 +197,6 @@ class Requests:
         if self._for_us(values[1], values[2]):
             self._parameters.set(values[3], values[0], None, system, component)
 
-    def _on_command(self, values, system, component):
-        if self._for_us(values[8], values[9]):
-            self._commands.run(values, None, system, component, self._now, self._uptime_us)
-
     def _on_overtaken(self, values, system, component):
         if self._for_us(values[8], values[9]):
             self._commands.acknowledge(values[7], MAV_RESULT_TEMPORARILY_REJECTED, system, component)
@@ -215,3 +221,8 @@ class Requests:
         time_usec, sequence, target_system, target_component = values
         if target_system == 0 and target_component == 0:
             self._link.send(PING, (time_usec, sequence, system, component))
+
+
+def _what(values):
+    """What a command that moves the kite asks for."""
+    return values[7], values[1] if values[7] == MAV_CMD_DO_SET_MODE else values[0]

@@ -31,6 +31,9 @@ class Address(NamedTuple):
     component: int
 
 
+_FRAMES_PER_SECOND = 40  # more than a station sends in the mean
+
+
 class Connection:
     """Sends and receives messages, beats its heart, and keeps count of how well the links do.
 
@@ -52,6 +55,8 @@ class Connection:
         self._vehicle_system = vehicle_system
         self._renamed: int | None = None
         self._encoder = dialect.MAVLink(None, GROUND_SYSTEM, GROUND_COMPONENT)
+        # The vehicle tells late commands by their numbers: those of this command follow those of the one before it.
+        self._encoder.seq = int(self.clock() * _FRAMES_PER_SECOND) % 256
         self._first_copies = FirstCopies()
         self._observers: list[tuple[Observer, bool]] = []
         self._next_heartbeat_s = self._next_timing_s = self.clock()

@@ -38,7 +38,7 @@ def test_parameters_are_read_written_kept_and_taken_back(kite, tmp_path):
     kite.parameters.revert()
     assert kite.parameters.diff() == {}
     assert kite.parameters.describe("INNER_P").unit == "1/s"
-    with pytest.raises(ground.VehicleError, match="99 is outside 0 to 50"):
+    with pytest.raises(ground.VehicleError, match=r"99 is outside 0\.0625 to 50"):
         kite.parameters["INNER_P"] = 99.0
     with pytest.raises(ground.UsageError, match=r"no parameter is called 'INNER_PP'; did you mean INNER_P\?"):
         kite.parameters["INNER_PP"] = 1.0

@@ -45,7 +45,7 @@ def test_refusals_say_why_and_change_nothing(simulated_kite, seed):
     kite = simulated_kite(seed=seed)
     session = session_with(kite)
     before = kite.firmware_parameter("INNER_P")
-    with pytest.raises(VehicleError, match=r"^INNER_P: refused by the vehicle: 99 is outside 0 to 50 1/s$"):
+    with pytest.raises(VehicleError, match=r"^INNER_P: refused by the vehicle: 99 is outside 0.0625 to 50 1/s$"):
         session.parameters.set("INNER_P", 99.0)
     with pytest.raises(VehicleError, match=r"^INNER_P: refused"):
         session.parameters.set("INNER_P", float("nan"))

@@ -119,7 +119,7 @@ def test_tune_for_a_delay(operator):
     assert operator.runs("tune", "--delay", "0.2", "--json") == 0
     assert json.loads(operator.said)["verdict"] == "UNSTABLE: beyond the limit once sampling is counted"
     operator.is_told(UsageError, "unstable at 10 Hz", "tune", "--delay", "0.002", "--loop-hz", "10", "--yes")
-    operator.is_told(VehicleError, "outside 0 to 50", "tune", "--delay", "0.005", "--loop-hz", "200", "--yes")
+    operator.is_told(VehicleError, "outside 0.0625 to 50", "tune", "--delay", "0.005", "--loop-hz", "200", "--yes")
     assert operator.kite.firmware_parameter("INNER_P") == float32(7.6)
 
 

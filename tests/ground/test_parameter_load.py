@@ -20,6 +20,8 @@ def other_values() -> dict[str, float]:
         if entry.read_only:
             continue
         step = entry.step or float32((entry.greatest - entry.least) / 64.0)
+        if entry.off_at_zero:
+            step = entry.least
         away = entry.default + step if entry.default + step <= entry.greatest else entry.default - step
         values[name] = chosen.get(name, float32(away))
     return values

@@ -66,7 +66,7 @@ def test_bad_input_is_one_line_and_exit_code_2(capsys, tmp_path):
         ("run", "paper-delay", "--set", "plant.turn_k"): "write section.key=value",
         ("run", "paper-delay", "--set", "link.control.loss=2"): "outside 0 to 1",
         ("run", "paper-delay", "--param", "INNER_P=x"): "'x' is not a number",
-        ("run", "paper-delay", "--param", "INNER_P=99"): "INNER_P = 99 is outside 0 to 50 1/s",
+        ("run", "paper-delay", "--param", "INNER_P=99"): "INNER_P = 99 is outside 0.0625 to 50 1/s",
         ("run", str(broken)): "broken TOML",
         ("run", str(tmp_path / "none.toml")): "No such file",
         ("run", "paper-delay", "--ground"): "--runtime cpython",
