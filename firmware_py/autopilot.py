@@ -23,7 +23,7 @@ from .steering import Steering
 from .steering_history import SteeringHistory
 from .target_curve import FigureEight
 from .telemetry import Telemetry
-from .ticks import ticks_diff
+from .ticks import MASK
 from .turn_k_estimate import TurnKEstimate
 
 _NO_CONTROLS = (0.0,) * 15
@@ -67,7 +67,7 @@ class Autopilot:
 
     def tick(self, now):
         """Run the loop once at `now` [us, wrapped]. The link has put what arrived into `inbox` before."""
-        elapsed_us = 0 if self._last_tick is None else ticks_diff(now, self._last_tick)
+        elapsed_us = 0 if self._last_tick is None else (now - self._last_tick) & MASK  # a clock set back has wrapped
         self._uptime_us += elapsed_us
         self.link.budget.refill(elapsed_us)
         self._last_tick = now

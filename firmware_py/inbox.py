@@ -71,8 +71,8 @@ class Inbox:
         self.files = []  # FILE_TRANSFER_PROTOCOL: (values, system, component)
         self.refused = 0  # requests that found their queue full
 
-    def put(self, message, values, system, component):
-        """Take a message (values in wire order) from `system` and `component`."""
+    def put(self, message, values, system, component, sequence=None):
+        """Take a message (values in wire order) from `system` and `component`, with its frame's sequence number."""
         if message == KITE_SENSORS:
             if self.sample is None or ticks_diff(values[0], self.sample[0]) > 0:
                 self.sample = values
