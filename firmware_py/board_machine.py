@@ -11,9 +11,6 @@ from .line_angles import Axis, LineAngles
 from .servo import PERIOD_US, Servo
 from .status_light import StatusLight
 from .ticks import MASK
-from .uart_transport import UartTransport
-from .udp_transport import UdpStations
-from .wifi_transport import WifiTransport
 
 STORAGE_FOLDER = "/kitepilot"
 _BUFFER = 2048  # of the UART, each way: a tick's frames, and a burst of requests [bytes]
@@ -95,8 +92,13 @@ class MachineBoard:
     def _make_transport(self, wlan, tell):
         settings = self._settings
         if settings.link == WIFI:
-            udp = UdpStations(settings.ground[0], settings.ground[1])
+            from .udp_transport import UdpStations  # noqa: PLC0415  a board without Wi-Fi has no `socket`
+            from .wifi_transport import WifiTransport  # noqa: PLC0415
+
+            udp = UdpStations(settings.ground[0], settings.ground[1], self.ticks_us)
             return WifiTransport(wlan, settings.ssid, settings.key, udp, self.ticks_us, tell)
+        from .uart_transport import UartTransport  # noqa: PLC0415  only one of the two takes memory
+
         machine = self._machine
         uart = machine.UART(
             settings.uart, baudrate=settings.baud, tx=machine.Pin(settings.tx), rx=machine.Pin(settings.rx),

@@ -50,6 +50,11 @@ class UnixBoard:
         """Send `data`."""
         self._transport.write(data)
 
+    @property
+    def from_peer(self):
+        """True if what was read last came from the peer that is configured."""
+        return getattr(self._transport, "from_peer", True)
+
     def wait(self, timeout_ms):
         """Wait for something to arrive; False if nothing came within `timeout_ms`."""
         return self._transport.wait(timeout_ms)

@@ -68,6 +68,8 @@ MAV_SEVERITY_WARNING = 4
 MAV_SEVERITY_INFO = 6
 HIL_ACTUATOR_CONTROLS_FLAGS_LOCKSTEP = 1
 MAV_COMP_ID_AUTOPILOT1 = 1
+MAV_COMP_ID_USER1 = 25
+MAV_COMP_ID_USER2 = 26
 KITE_MODE_STANDBY = 0
 KITE_MODE_MANUAL = 1
 KITE_MODE_PARK = 2
@@ -137,4 +139,21 @@ MESSAGES = {
     KITE_TICK_END: ('<I', 105, 4, 4),
     KITE_SENSORS: ('<IffffffffH', 170, 38, 38),
     KITE_STATE: ('<IIffffffffffffIHHHHHB', 46, 71, 71),
+}
+
+# id: offsets in the payload of the system and the component that it is for; -1: it has none
+TARGETS = {
+    PING: (12, 13),
+    PARAM_REQUEST_READ: (2, 3),
+    PARAM_REQUEST_LIST: (0, 1),
+    PARAM_SET: (4, 5),
+    MISSION_REQUEST_LIST: (0, 1),
+    MISSION_COUNT: (2, 3),
+    REQUEST_DATA_STREAM: (2, 3),
+    MANUAL_CONTROL: (10, -1),
+    COMMAND_INT: (30, 31),
+    COMMAND_LONG: (30, 31),
+    COMMAND_ACK: (8, 9),
+    FILE_TRANSFER_PROTOCOL: (1, 2),
+    PARAM_ERROR: (2, 3),
 }

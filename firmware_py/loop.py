@@ -21,6 +21,7 @@ def run_lockstep(autopilot, transport, silence_ms):
 def step_lockstep(autopilot, inbox):
     """Take in what has arrived; if it brought a tick, run it and end it."""
     link = autopilot.link
+    link.lockstep = True
     link.receive(inbox)
     if inbox.tick is not None:
         number, time_us = inbox.tick
@@ -33,26 +34,39 @@ def step_lockstep(autopilot, inbox):
 def run_real_time(autopilot, board):
     """Run a tick each period of the board's clock, until `board.ended()`.
 
-    Only a tick that has come to its end feeds the watchdog: a loop that hangs anywhere resets the board.
+    Only a tick that has come to its end feeds the watchdog: a loop that hangs anywhere resets the board. A tick that
+    comes more than a period late, because the loop stood still or its clock jumped, counts as an overrun.
     """
     ticks_us = board.ticks_us
     collector = Collector(ticks_us)
     due = ticks_us()
     room = board.bytes_per_tick
     while not board.ended():
-        while True:
-            left_us = ticks_diff(due, ticks_us())
-            if left_us <= 0:
-                break
-            if room > 0 and board.transport.wait(left_us // 1000):
-                room -= autopilot.link.receive(autopilot.inbox, room)
-        start = ticks_us()
+        start = _wait(autopilot, board, due, room)
+        late_us = ticks_diff(start, due)
+        if late_us < 0 or late_us > autopilot.period_us:
+            autopilot.overruns += 1
+            due = start
         room = step_real_time(autopilot, board, start)
         autopilot.note_tick_time(ticks_diff(ticks_us(), start))
         due = ticks_add(due, autopilot.period_us)
         collector.collect_if_due(autopilot.parameters.values[COLLECT_TICKS], ticks_diff(due, ticks_us()))
-        if ticks_diff(ticks_us(), due) > autopilot.period_us:  # far behind: start the beat anew
+        if ticks_diff(ticks_us(), due) > autopilot.period_us:  # the tick itself took so long, and is counted
             due = ticks_us()
+
+
+def _wait(autopilot, board, due, room):
+    """Take in up to `room` bytes until the tick is `due`; return the clock then.
+
+    A time that is further away than a period is none: the clock has jumped, and the tick is due.
+    """
+    while True:
+        now = board.ticks_us()
+        left_us = ticks_diff(due, now)
+        if left_us <= 0 or left_us > autopilot.period_us:
+            return now
+        if room > 0 and board.transport.wait(left_us // 1000):
+            room -= autopilot.link.receive(autopilot.inbox, room)
 
 
 def step_real_time(autopilot, board, now):

@@ -7,16 +7,21 @@ Whatever arrives, nothing is raised; what cannot be used is counted.
 import struct
 
 from .crc import START, crc_byte, crc_bytes
-from .generated_messages import MESSAGES
+from .generated_messages import MESSAGES, TARGETS
 
 _V1 = 0xFE
 _V2 = 0xFD
 _SIGNED = 1
 _PEERS = 8  # senders whose sequence numbers are followed
+_EVERYBODY = 0  # as the target of a message: any system, any component
 
 
 class Decoder:
-    """`feed` bytes, then call `next_frame` until it returns False; a frame is then in the attributes."""
+    """`feed` bytes, then call `next_frame` until it returns False; a frame is then in the attributes.
+
+    Frames for other systems and components than `own_system` and `own_component` are counted in `foreign`, and that is
+    all that they do; an `own_system` of 0 is all of them.
+    """
 
     def __init__(self, size=2048):
         self._buffer = bytearray(size)
@@ -26,14 +31,17 @@ class Decoder:
         self._start = 0
         self._end = 0
         self._next_sequence = {}
+        self.own_system = _EVERYBODY
+        self.own_component = 1
         self.message = 0
+        self.sequence = 0
         self.system = 0
         self.component = 0
-        self.sequence = 0
         self.values = ()
         self.frames = 0
         self.bad_crc = 0
         self.unknown = 0
+        self.foreign = 0
         self.lost = 0
         self.overflowed = 0
 
@@ -66,9 +74,12 @@ class Decoder:
                 if not size or abs(size) > self._end - self._start:
                     if not whole:
                         return False
-                elif size > 0 and self._accept(marker, size):
+                elif size > 0 and self._is_whole(marker):
+                    accepted = self._accept(marker)
                     self._start += size
-                    return True
+                    if accepted:
+                        return True
+                    continue
                 elif size < 0 and self._skip_unknown(marker, -size):
                     continue
             self._start += 1
@@ -82,11 +93,10 @@ class Decoder:
         if self._end - start < header:
             return 0
         length = buffer[start + 1]
+        message = self._message_at(marker)
         if marker == _V1:
-            message = buffer[start + 5]
             size = 8 + length
         else:
-            message = buffer[start + 7] | buffer[start + 8] << 8 | buffer[start + 9] << 16
             size = 25 + length if buffer[start + 2] & _SIGNED else 12 + length
             if buffer[start + 2] & ~_SIGNED:
                 return -size  # needs a feature that we do not have
@@ -102,49 +112,71 @@ class Decoder:
         self._start = behind
         return True
 
-    def _accept(self, marker, size):
-        """The one place that accepts or rejects a frame (a signature would be checked here too)."""
+    def _is_whole(self, marker):
+        """True if the checksum of the frame at the start, of a known message, is right."""
         buffer = self._buffer
         start = self._start
-        length = buffer[start + 1]
-        if marker == _V1:
-            message = buffer[start + 5]
-            sequence = start + 2
-            payload = start + 6
-        else:
-            message = buffer[start + 7] | buffer[start + 8] << 8 | buffer[start + 9] << 16
-            sequence = start + 4
-            payload = start + 10
-        layout, extra, full_length, _ = MESSAGES[message]
-        end = payload + length
-        if crc_byte(extra, crc_bytes(buffer, start + 1, end, START)) != buffer[end] | buffer[end + 1] << 8:
-            self.bad_crc += 1
+        end = start + (10 if marker == _V2 else 6) + buffer[start + 1]
+        extra = MESSAGES[self._message_at(marker)][1]
+        if crc_byte(extra, crc_bytes(buffer, start + 1, end, START)) == buffer[end] | buffer[end + 1] << 8:
+            return True
+        self.bad_crc += 1
+        return False
+
+    def _accept(self, marker):
+        """The one place that accepts or rejects a frame that came whole (a signature would be checked here too)."""
+        buffer = self._buffer
+        sequence = self._start + (4 if marker == _V2 else 2)
+        payload = self._start + (10 if marker == _V2 else 6)
+        length = buffer[self._start + 1]
+        message = self._message_at(marker)
+        layout, _, full_length, _ = MESSAGES[message]
+        is_ours = not self.own_system or message not in TARGETS or self._is_ours(payload, length, TARGETS[message])
+        self._follow_sequence(sequence, is_ours)
+        if not is_ours:
+            self.foreign += 1
             return False
         self.message = message
+        self.sequence = buffer[sequence]
         self.system = buffer[sequence + 1]
         self.component = buffer[sequence + 2]
-        self.sequence = buffer[sequence]
-        self._follow_sequence(sequence, True)
         if length >= full_length:
             self.values = struct.unpack_from(layout, buffer, payload)
         else:  # trailing zeros were not sent
-            self._payload[:length] = self._view[payload:end]
+            self._payload[:length] = self._view[payload : payload + length]
             self._payload[length:full_length] = self._zeros[: full_length - length]
             self.values = struct.unpack_from(layout, self._payload, 0)
         self.frames += 1
         return True
 
-    def _follow_sequence(self, at, is_checked):
+    def _message_at(self, marker):
+        """The message id of the frame at the start."""
+        buffer = self._buffer
+        start = self._start
+        if marker == _V1:
+            return buffer[start + 5]
+        return buffer[start + 7] | buffer[start + 8] << 8 | buffer[start + 9] << 16
+
+    def _is_ours(self, payload, length, places):
+        """True if a payload that says in these `places` (see TARGETS) whom it is for means this system, or all."""
+        for index, own in ((0, self.own_system), (1, self.own_component)):
+            at = places[index]
+            is_there = 0 <= at < length  # zeros at a payload's end are not sent
+            if is_there and self._buffer[payload + at] not in (_EVERYBODY, own):
+                return False
+        return True
+
+    def _follow_sequence(self, at, may_be_new):
         """Count the frames missing before the one whose sequence number, system and component lie at `at`.
 
-        Only a frame whose checksum was checked may bring in a new sender.
+        Only a frame that is whole and for us may bring in a new sender.
         """
         buffer = self._buffer
         sequence = buffer[at]
         sender = buffer[at + 1] << 8 | buffer[at + 2]
         expected = self._next_sequence.get(sender)
         if expected is None:
-            if not is_checked or len(self._next_sequence) >= _PEERS:
+            if not may_be_new or len(self._next_sequence) >= _PEERS:
                 return
             expected = sequence
         missing = (sequence - expected) & 0xFF

@@ -6,6 +6,7 @@ from .generated_messages import (
     AVAILABLE_MODES_MONITOR,
     COMPONENT_METADATA,
     CONTRACT_HASH,
+    CURRENT_MODE,
     KITE_MODE_MANUAL,
     KITE_MODE_STANDBY,
     MAV_MODE_PROPERTY_ADVANCED,
@@ -35,6 +36,7 @@ _PROPERTIES = {
     KITE_MODE_MANUAL: MAV_MODE_PROPERTY_ADVANCED,
 }
 _OWN = (AUTOPILOT_VERSION, AVAILABLE_MODES, AVAILABLE_MODES_MONITOR, COMPONENT_METADATA)
+_ABOUT_MODES = (AVAILABLE_MODES, AVAILABLE_MODES_MONITOR, CURRENT_MODE)
 _LAST_ID = 16777215.0
 _SHORTEST_US = 5000.0
 _LONGEST_US = 500000000.0  # must be less than half the wrap of the clock
@@ -66,6 +68,8 @@ class MessageRequests:
     def send(self, number, second, now, uptime_us):
         """Send the message whose request had the result ACCEPTED."""
         message = int(number)
+        if message in _ABOUT_MODES:
+            self._telemetry.tell_mode()
         if message == MESSAGE_INTERVAL:
             self.send_interval(second)
         elif message == AUTOPILOT_VERSION:

@@ -1,6 +1,10 @@
 """What /main.py imports on a board, and nothing else does: importing it starts the firmware."""
 
+import gc
 import sys
+
+if hasattr(gc, "threshold"):  # what compiling leaves is collected as it goes, or the heap is in pieces afterwards
+    getattr(gc, "threshold")(8192)  # noqa: B009  unknown to CPython's type stubs
 
 from .startup import start
 

@@ -1,5 +1,6 @@
 """From power-on to the loop: settings, board, a way out, flight. What goes wrong is told, and leaves the console."""
 
+import gc
 import sys
 import time
 
@@ -114,7 +115,10 @@ def _fly(board, settings):
     autopilot = Autopilot(link, False, board.storage, board.retained, board.reset_cause)
     if autopilot.parameters.values[SYSTEM_ID] != settings.system_id:
         autopilot.parameters.set(SYSTEM_ID, float(settings.system_id))
+    link.set_system(settings.system_id)  # before the first tick: what is for it may wait already
     tell("running as system %d, link %s, sensors %s" % (settings.system_id, settings.link, settings.sensors))
+    if hasattr(gc, "threshold"):
+        getattr(gc, "threshold")(-1)  # noqa: B009  everything is loaded: from here on the loop says when
     board.start_watchdog()
     run_real_time(autopilot, board)
 

@@ -53,12 +53,17 @@ class Telemetry:
         self._due = [0] * len(_STREAMS)
         self._asked = [0] * len(_STREAMS)  # intervals that a station asked for [us]; 0 as usual, -1 not at all
         self._mode = KITE_MODE_STANDBY  # when last looked at
+        self._mode_is_told = False  # CURRENT_MODE: a station that does not know it would miss its sequence numbers
 
     def say(self, severity, text):
         """Queue a text for the operator, at most 50 characters; the oldest gives way."""
         if len(self._texts) >= _TEXTS:
             self._texts.pop(0)
         self._texts.append((severity, text.encode(), 0, 0))
+
+    def tell_mode(self):
+        """Send CURRENT_MODE regularly from the next tick on: some station knows the messages about modes."""
+        self._mode_is_told = True
 
     def send_due(self, now, uptime_us):
         """Send what is due at `now`: heartbeat first, then texts, then the rest."""
@@ -126,6 +131,8 @@ class Telemetry:
         asked = self._asked[index]
         if asked:
             return max(asked, 0)
+        if _STREAMS[index] == CURRENT_MODE and not self._mode_is_told:
+            return 0
         if _USUAL_US[index]:
             return _USUAL_US[index]
         rate_hz = self._autopilot.parameters.values[STATE_HZ if _STREAMS[index] == KITE_STATE else POSITION_HZ]

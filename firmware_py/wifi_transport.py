@@ -26,6 +26,11 @@ class WifiTransport:
         self.received = 0
         self._join()
 
+    @property
+    def from_peer(self):
+        """True if what was read last came from the peer that is configured."""
+        return self._udp.from_peer
+
     def read(self):
         """One datagram, or None."""
         data = self._udp.read()

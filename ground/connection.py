@@ -14,6 +14,7 @@ Observer = Callable[[float, Message, bytes], None]
 
 GROUND_SYSTEM = 255
 GROUND_COMPONENT = dialect.MAV_COMP_ID_MISSIONPLANNER
+KITE_COMPONENT = dialect.MAV_COMP_ID_USER1  # KITE_STATE comes from here; from older firmware, from the autopilot
 HEARTBEAT_PERIOD_S = 1.0
 SILENCE_S = 10.0  # no message of any kind for so long: the link is down
 _MOST_TIMINGS = 512
@@ -32,6 +33,14 @@ class Address(NamedTuple):
 
 
 _FRAMES_PER_SECOND = 40  # more than a station sends in the mean
+
+
+def is_of(sender: Address, vehicle: Address | None) -> bool:
+    """Whether `sender` is the vehicle: its autopilot, or the component of the same system that tells a kite's state.
+
+    That has an id of its own, as ground stations that do not know KITE_STATE would otherwise miss its sequence numbers.
+    """
+    return vehicle is not None and sender in (vehicle, Address(vehicle.system, KITE_COMPONENT))
 
 
 class Connection:
@@ -162,13 +171,13 @@ class Connection:
         message, sender = received.message, Address(received.system, received.component)
         if isinstance(message, dialect.MAVLink_heartbeat_message):
             self._meet(message, sender)
-        from_vehicle = sender == self.vehicle
+        from_vehicle = is_of(sender, self.vehicle)
         if from_vehicle:
-            heard.link.statistics.add(time_s, received.sequence)
+            heard.link.statistics.add(time_s, received.sequence, received.component)
         if not self._first_copies.is_first(sender, received.frame):
             return False
         known = not isinstance(message, dialect.MAVLink_unknown)
-        overtaken = self.statistics.add(time_s, received.sequence) if from_vehicle else 0
+        overtaken = self.statistics.add(time_s, received.sequence, received.component) if from_vehicle else 0
         news = from_vehicle and known and (overtaken < _OVERTAKEN or not isinstance(message, _PRESENT))
         if from_vehicle and isinstance(message, dialect.MAVLink_timesync_message):
             self._time(message, time_s)

@@ -7,7 +7,7 @@ _RESTART = 3  # so many old numbers in a row, with no new one between: the sende
 
 
 class LinkStatistics:
-    """Counts one sender's messages, and what is missing from their sequence numbers (which wrap at 256).
+    """Counts one vehicle's messages, and what is missing from its components' sequence numbers (which wrap at 256).
 
     `received`, `lost` and `repeated` count from the start; `rate_hz` and `loss` look back over WINDOW_S seconds.
     """
@@ -18,25 +18,24 @@ class LinkStatistics:
         self.repeated = 0
         self.last_s: float | None = None
         self._first_s = 0.0
-        self._expected: int | None = None
-        self._missing: set[int] = set()
-        self._old_run, self._last_old = 0, -1
+        self._numbers: dict[int, _Numbers] = {}
         self._recent: deque[tuple[float, int]] = deque()  # time of a message, and the change in what is lost
 
-    def add(self, time_s: float, sequence: int) -> int:
-        """Take in a message that came at `time_s` [s] with this sequence number; by how many it was overtaken."""
+    def add(self, time_s: float, sequence: int, component: int = 1) -> int:
+        """Take in a message of `component` that came at `time_s` [s] with this number; by how many it was overtaken."""
         if self.last_s is None:
             self._first_s = time_s
-        elif time_s - self.last_s > WINDOW_S:
-            self._count_anew()  # so many may be missing that the numbers have gone round
+        numbers = self._numbers.setdefault(component, _Numbers())
+        lost = numbers.take(time_s, sequence)
         self.received += 1
         self.last_s = time_s
-        self._look_for_a_restart(sequence)
-        lost = self._newly_lost(sequence)
-        self.lost += lost
-        self._recent.append((time_s, lost))
+        if lost is None:
+            self.repeated += 1
+        else:
+            self.lost += lost
+        self._recent.append((time_s, lost or 0))
         self._forget(time_s)
-        return 0 if self._expected is None else (self._expected - 1 - sequence) % 256
+        return numbers.overtaken(sequence)
 
     def rate_hz(self, now_s: float) -> float:
         """Messages a second of late, in 1/s."""
@@ -48,6 +47,41 @@ class LinkStatistics:
         self._forget(now_s)
         lost = max(sum(change for _, change in self._recent), 0)
         return lost / (lost + len(self._recent)) if self._recent else None
+
+    def _forget(self, now_s: float) -> None:
+        while self._recent and self._recent[0][0] < now_s - WINDOW_S:
+            self._recent.popleft()
+
+
+class _Numbers:
+    """The sequence numbers of one component."""
+
+    def __init__(self) -> None:
+        self._expected: int | None = None
+        self._missing: set[int] = set()
+        self._old_run, self._last_old = 0, -1
+        self._last_s: float | None = None
+
+    def take(self, time_s: float, sequence: int) -> int | None:
+        """How many more are lost with this one, -1 where it was thought lost itself; None for one that came before."""
+        if self._last_s is not None and time_s - self._last_s > WINDOW_S:
+            self._count_anew()  # so many may be missing that the numbers have gone round
+        self._last_s = time_s
+        self._look_for_a_restart(sequence)
+        ahead = 0 if self._expected is None else (sequence - self._expected) % 256
+        if ahead < 128:
+            self._missing |= {(sequence - back) % 256 for back in range(1, ahead + 1)}
+            self._missing = {old for old in self._missing if 0 < (sequence - old) % 256 < 128}
+            self._expected = (sequence + 1) % 256
+            return ahead
+        if sequence in self._missing:  # late, not lost
+            self._missing.remove(sequence)
+            return -1
+        return None
+
+    def overtaken(self, sequence: int) -> int:
+        """By how many it was overtaken."""
+        return 0 if self._expected is None else (self._expected - 1 - sequence) % 256
 
     def _look_for_a_restart(self, sequence: int) -> None:
         if self._expected is None or (sequence - self._expected) % 256 < 128:
@@ -61,20 +95,3 @@ class LinkStatistics:
     def _count_anew(self) -> None:
         self._expected, self._old_run = None, 0
         self._missing.clear()
-
-    def _newly_lost(self, sequence: int) -> int:
-        ahead = 0 if self._expected is None else (sequence - self._expected) % 256
-        if ahead < 128:
-            self._missing |= {(sequence - back) % 256 for back in range(1, ahead + 1)}
-            self._missing = {old for old in self._missing if 0 < (sequence - old) % 256 < 128}
-            self._expected = (sequence + 1) % 256
-            return ahead
-        if sequence in self._missing:  # late, not lost
-            self._missing.remove(sequence)
-            return -1
-        self.repeated += 1
-        return 0
-
-    def _forget(self, now_s: float) -> None:
-        while self._recent and self._recent[0][0] < now_s - WINDOW_S:
-            self._recent.popleft()

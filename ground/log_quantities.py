@@ -103,7 +103,7 @@ def link_quality(log: FlightLog, vehicle: Address) -> tuple[Array, Array, Array]
         while due_s < entry.time_s:
             rows.append(_quality(statistics, due_s))
             due_s += _STEP_S
-        statistics.add(entry.time_s, entry.sequence)
+        statistics.add(entry.time_s, entry.sequence, entry.sender.component)
     times, loss, rate = np.array(rows or np.empty((0, 3))).T
     return times, np.full_like(loss, np.nan) if control_side else loss, rate
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from analysis.tlog import read_tlog
-from ground.connection import Address
+from ground.connection import KITE_COMPONENT, Address, is_of
 from ground.errors import UsageError
 from ground.framing import Message
 from protocol import dialect
@@ -58,7 +58,7 @@ class FlightLog:
 
     def of(self, vehicle: Address) -> Iterator[Logged]:
         """The messages of one vehicle."""
-        return (entry for entry in self.messages if entry.sender == vehicle)
+        return (entry for entry in self.messages if is_of(entry.sender, vehicle))
 
 
 def read_flight_log(path: str | Path) -> FlightLog:
@@ -81,9 +81,9 @@ def read_flight_log(path: str | Path) -> FlightLog:
             except dialect.MAVError:
                 broken += 1
                 continue
-            at = 4 if frame[0] == _MARKER_2 else 2
-            messages.append(Logged((stamp_us + set_back_us - start_us) * 1e-6, Address(frame[at + 1], frame[at + 2]),
-                                   frame[at], message, frame))
+            time_s = (stamp_us + set_back_us - start_us) * 1e-6
+            sequence = frame[4 if frame[0] == _MARKER_2 else 2]
+            messages.append(Logged(time_s, sender_of(frame), sequence, message, frame))
     except OSError as error:
         raise UsageError(f"{path}: cannot read: {error.strerror}") from None
     except ValueError as error:
@@ -98,6 +98,12 @@ def read_flight_log(path: str | Path) -> FlightLog:
 def frame_id(frame: bytes) -> int:
     """The message id in a frame."""
     return int.from_bytes(frame[7:10], "little") if frame[0] == _MARKER_2 else frame[5]
+
+
+def sender_of(frame: bytes) -> Address:
+    """Who sent a frame."""
+    at = 5 if frame[0] == _MARKER_2 else 3
+    return Address(frame[at], frame[at + 1])
 
 
 def payload(frame: bytes, length: int) -> bytes:
@@ -122,5 +128,11 @@ def _vehicles(messages: list[Logged]) -> list[Address]:
     beats = [entry.sender for entry in messages if isinstance(entry.message, Heartbeat)
              and entry.message.type != dialect.MAV_TYPE_GCS
              and entry.message.autopilot != dialect.MAV_AUTOPILOT_INVALID]
-    states = [entry.sender for entry in messages if isinstance(entry.message, dialect.MAVLink_kite_state_message)]
+    states = [_autopilot_of(entry.sender) for entry in messages
+              if isinstance(entry.message, dialect.MAVLink_kite_state_message)]
     return list(dict.fromkeys(beats or states))
+
+
+def _autopilot_of(sender: Address) -> Address:
+    """Whose state `sender` tells."""
+    return Address(sender.system, dialect.MAV_COMP_ID_AUTOPILOT1) if sender.component == KITE_COMPONENT else sender

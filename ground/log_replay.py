@@ -6,7 +6,7 @@ from ground.connection import Address
 from ground.framing import FrameReader, Received
 from ground.links import Clock
 from ground.log_parameters import LoggedParameters
-from ground.log_reader import FlightLog, Heartbeat, Logged, frame_id
+from ground.log_reader import FlightLog, Heartbeat, Logged, frame_id, sender_of
 from ground.replay_answers import ReplayAnswers
 from ground.replay_numbering import Numbering
 from ground.transport import Transport
@@ -146,4 +146,5 @@ class Replay:
             frames = answers.answer(request, self.position_s)
             self.answered += bool(frames)
             for frame in frames:
-                self._transport.send(self._numbering[vehicle].added(frame))
+                numbering = self._numbering.get(sender_of(frame)) or self._numbering[vehicle]
+                self._transport.send(numbering.added(frame))

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from ground.connection import Address
+from ground.connection import Address, is_of
 from ground.log_parameters import LoggedParameters
 from ground.log_reader import FlightLog, Logged, payload
 from ground.ulog_writer import UlogWriter
@@ -58,7 +58,7 @@ def _subscribe(writer: UlogWriter, entries: list[Logged], vehicle: Address) -> d
     found = dict.fromkeys((entry.message.get_type(), entry.sender) for entry in entries)
     instances: dict[str, int] = {}
     numbers = {}
-    for name, sender in sorted(found, key=lambda topic: topic[1] != vehicle):
+    for name, sender in sorted(found, key=lambda topic: not is_of(topic[1], vehicle)):
         instance = instances.get(name, 0)
         instances[name] = instance + 1
         numbers[name, sender] = writer.subscribe(name.lower(), instance)

@@ -80,6 +80,16 @@ def _struct_format(message) -> str:
     return text
 
 
+def _targets(message) -> tuple[int, int] | None:
+    """Where the system and the component that a message is for lie in its payload, -1: not there; None: neither is."""
+    places, offset = {}, 0
+    for field in message.ordered_fields:
+        places[field.name] = offset
+        offset += field.wire_length
+    system = places.get("target_system", places.get("target", -1))  # (MANUAL_CONTROL has a system only, as `target`)
+    return None if system < 0 else (system, places.get("target_component", -1))
+
+
 def firmware_messages(files: list[mavparse.MAVXML], constants: list[str], contract: str) -> str:
     """The firmware's message table: text of a module of literals."""
     messages = sorted((m for file in files for m in file.message), key=lambda m: m.id)
@@ -95,6 +105,9 @@ def firmware_messages(files: list[mavparse.MAVXML], constants: list[str], contra
     lines.append("MESSAGES = {")
     for m in messages:
         lines.append(f"    {m.name}: ({_struct_format(m)!r}, {m.crc_extra}, {m.wire_length}, {m.wire_min_length}),")
+    lines += ["}", "", "# id: offsets in the payload of the system and the component that it is for; -1: it has none",
+              "TARGETS = {"]
+    lines += [f"    {m.name}: {targets}," for m in messages if (targets := _targets(m))]
     return "\n".join(lines) + "\n}\n"
 
 

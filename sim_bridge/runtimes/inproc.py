@@ -4,7 +4,14 @@ import struct
 from typing import Any
 
 from firmware_py.autopilot import Autopilot
-from firmware_py.generated_messages import HIL_ACTUATOR_CONTROLS, KITE_SENSORS, KITE_STATE, MESSAGES
+from firmware_py.generated_messages import (
+    HIL_ACTUATOR_CONTROLS,
+    KITE_SENSORS,
+    KITE_STATE,
+    MAV_COMP_ID_AUTOPILOT1,
+    MAV_COMP_ID_USER1,
+    MESSAGES,
+)
 from firmware_py.link_budget import LinkBudget
 from firmware_py.mavlink_encoder import LONGEST_FRAME, Encoder
 from sim_bridge.runtimes.interface import LEAD_IN_S, Message, TickOutput, clock_us
@@ -29,12 +36,12 @@ class DirectLink:
         self.replies: list[Message] = []
         self.frames: list[bytes] = []
         self.budget = LinkBudget(0)
-        self._encoder = Encoder(1, 1) if keep_frames else None
+        self._encoders = (Encoder(1, MAV_COMP_ID_AUTOPILOT1), Encoder(1, MAV_COMP_ID_USER1)) if keep_frames else ()
 
     def set_system(self, system: int) -> None:
         """Send with this system id from now on."""
-        if self._encoder:
-            self._encoder.system = system
+        for encoder in self._encoders:
+            encoder.system = system
 
     def send(self, message: int, values: tuple[Any, ...]) -> None:
         """Take a message from the firmware."""
@@ -45,11 +52,10 @@ class DirectLink:
             self.state = wired
         else:
             self.replies.append((message, wired))
-        if self._encoder:
+        if self._encoders and message != HIL_ACTUATOR_CONTROLS:
             buffer = bytearray(LONGEST_FRAME)
-            end = self._encoder.encode(buffer, 0, message, values)
-            if message != HIL_ACTUATOR_CONTROLS:
-                self.frames.append(bytes(buffer[:end]))
+            end = self._encoders[message == KITE_STATE].encode(buffer, 0, message, values)
+            self.frames.append(bytes(buffer[:end]))
 
     def flush(self) -> None:
         """Nothing waits here."""

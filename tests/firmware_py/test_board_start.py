@@ -7,7 +7,8 @@ from types import ModuleType, SimpleNamespace
 import pytest
 from simulated_hardware import SimulatedClock, SimulatedMachine, encoder_bus
 
-from firmware_py import board_machine, startup
+import firmware_py
+from firmware_py import startup
 from firmware_py.as5600 import STEPS
 from firmware_py.generated_messages import COMMAND_LONG, HEARTBEAT, KITE_SENSORS, KITE_STATE
 from firmware_py.mavlink_decoder import Decoder
@@ -15,6 +16,7 @@ from firmware_py.mavlink_encoder import Encoder
 
 CABLE = {"LINK": "uart", "UART": 0, "UART_TX": 0, "UART_RX": 1, "SENSORS": "hil", "SERVO_PIN": 15, "SYSTEM_ID": 7,
          "MAINTENANCE_PIN": 22}
+WIRELESS = {"LINK": "wifi", "WIFI_SSID": "kite", "WIFI_KEY": "", "GROUND": "127.0.0.1:9", "SENSORS": "hil"}
 LINE = CABLE | {"SENSORS": "line-angles", "AZIMUTH": {"i2c": 0, "sda": 4, "scl": 5},
                 "ELEVATION": {"i2c": 1, "sda": 6, "scl": 7}}
 WATCHDOG_RAN = {0x4005801C: 0x6AB73121}
@@ -24,7 +26,7 @@ _BY_HAND = Encoder(255, 190)
 class Bench:
     """A board on a bench: its hardware, its memory, its clock, and a pilot who presses Ctrl-C at `stop_s`."""
 
-    def __init__(self, monkeypatch, tmp_path, platform="rp2"):
+    def __init__(self, monkeypatch, tmp_path, platform="rp2", lacks=()):
         self.machine = SimulatedMachine()
         self.clock = SimulatedClock(look_us=7)
         self.clock.on_sleep = self._on_sleep
@@ -38,11 +40,14 @@ class Bench:
         monkeypatch.setitem(sys.modules, "uctypes", uctypes)
         monkeypatch.setitem(sys.modules, "network", SimpleNamespace())
         monkeypatch.setattr(sys.implementation, "_machine", "Raspberry Pi Pico with RP2040", raising=False)
+        for name in lacks:
+            monkeypatch.setitem(sys.modules, name, None)  # importing it raises ImportError
         sys.modules.pop(f"firmware_py.board_{platform}", None)
         self.module = importlib.import_module(f"firmware_py.board_{platform}")
+        self.startup = importlib.import_module("firmware_py.startup")
         monkeypatch.setattr(self.module, "time", self.clock)
-        monkeypatch.setattr(startup, "time", self.clock)
-        monkeypatch.setattr(board_machine, "STORAGE_FOLDER", str(tmp_path / "flash"))
+        monkeypatch.setattr(self.startup, "time", self.clock)
+        monkeypatch.setattr(self.module.board_machine, "STORAGE_FOLDER", str(tmp_path / "flash"))
         self.platform = platform
         self._monkeypatch = monkeypatch
 
@@ -52,7 +57,7 @@ class Bench:
             setattr(board, name, value)
         self._monkeypatch.setitem(sys.modules, "board", board)
         self.machine.made.clear()
-        startup.start(self.platform)
+        self.startup.start(self.platform)
 
     def _on_sleep(self, now):
         while self.plan and now >= self.plan[0][0] * 1e6:
@@ -186,8 +191,63 @@ def test_what_the_hardware_refuses_is_told_and_blinked(pico, capsys):
 
 def test_a_pico_without_wi_fi_says_so(pico, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "network", None)  # importing it raises ImportError
-    pico.power_on({"LINK": "wifi", "WIFI_SSID": "kite", "WIFI_KEY": "", "GROUND": "127.0.0.1:9", "SENSORS": "hil"})
+    pico.power_on(WIRELESS)
     assert 'this board has no Wi-Fi, write "uart"' in capsys.readouterr().out
+
+
+class Radio:
+    """A network interface that never finds its network: `network.WLAN`."""
+
+    PM_NONE = 0
+
+    def __call__(self, interface):
+        return self
+
+    def active(self, on):
+        pass
+
+    def config(self, **settings):
+        pass
+
+    def connect(self, *credentials):
+        pass
+
+    def isconnected(self):
+        return False
+
+    def status(self):
+        return 0
+
+
+LACKS = {  # modules of MicroPython 1.28's builds that a board does not have
+    "Pico": ("rp2", ["socket", "network", "ssl", "esp", "esp32", "espnow", "bluetooth"]),
+    "Pico W": ("rp2", ["esp", "esp32", "espnow"]),
+    "ESP32": ("esp32", ["rp2"]),
+}
+
+
+@pytest.mark.parametrize("board", LACKS)
+@pytest.mark.parametrize("link", ["uart", "wifi"])
+def test_each_board_loads_nothing_that_it_does_not_have(monkeypatch, tmp_path, capsys, board, link):
+    """Every module of the firmware is loaded anew, with what the board lacks taken away, and the board flies."""
+    platform, lacks = LACKS[board]
+    for name in [name for name in sys.modules if name.startswith("firmware_py")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.delattr(firmware_py, f"board_{platform}", raising=False)
+    bench = Bench(monkeypatch, tmp_path, platform, lacks)
+    if "network" not in lacks:
+        radio = Radio()
+        sys.modules["network"].__dict__.update(WLAN=radio, STA_IF=0)
+    if link == "wifi":
+        bench.stop_s = 1.5  # the network is real: everything is loaded by then, and nothing waits for it
+    bench.power_on(wired(bench, CABLE) if link == "uart" else WIRELESS)
+    said = capsys.readouterr().out
+    if link == "uart":
+        assert len([frame for frame in bench.frames() if frame[0] == HEARTBEAT]) == 8
+    elif "network" in lacks:
+        assert 'this board has no Wi-Fi, write "uart"' in said
+    else:
+        assert "flying in 2 s" in said and "stopped by Ctrl-C" in said
 
 
 def samples(bench, seconds):

@@ -56,7 +56,16 @@ def test_every_message_can_be_requested(name):
     usual = len(of_kind(name, bench.step()))
     messages = bench.ask(command_long(REQUEST, float(NUMBERS[name])))
     assert [ack.result for ack in of_kind("COMMAND_ACK", messages)] == [ACCEPTED]
-    assert len(of_kind(name, messages)) == usual + 1
+    # (with the first request, CURRENT_MODE is sent regularly too)
+    assert len(of_kind(name, messages)) == usual + (2 if name == "CURRENT_MODE" else 1)
+
+
+def test_the_mode_is_told_regularly_once_a_station_knows_the_messages_about_modes():
+    """To one that does not, each would be a number missing."""
+    bench = Bench()
+    assert not of_kind("CURRENT_MODE", bench.run(10.0))
+    bench.ask(command_long(REQUEST, 435.0))
+    assert len(of_kind("CURRENT_MODE", bench.run(10.0))) == 5
 
 
 def test_what_is_not_sent_is_refused_at_once():

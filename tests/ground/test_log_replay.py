@@ -119,7 +119,7 @@ def test_a_ground_station_that_connects_gets_the_parameters_of_that_moment(fligh
     entries = list(flight.of(flight.vehicle()))
     recorded = LinkStatistics()
     for entry in entries[next(at for at, entry in enumerate(entries) if entry.message.get_type() == "HEARTBEAT"):]:
-        recorded.add(entry.time_s, entry.sequence)
+        recorded.add(entry.time_s, entry.sequence, entry.sender.component)
     assert session.connection.statistics.lost == recorded.lost > 20
     assert again.replay.answered > 10
     assert session.state.mode == dialect.KITE_MODE_TRACK

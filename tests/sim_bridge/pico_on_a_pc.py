@@ -4,6 +4,7 @@ Hardware is a UART whose bytes come from uart.in and go to uart.out; time passes
 Ctrl-C comes after ten seconds.
 """
 
+import gc
 import sys
 
 
@@ -79,6 +80,7 @@ class Uctypes:
 sys.modules["machine"] = Machine()  # type: ignore[assignment]
 sys.modules["uctypes"] = Uctypes()  # type: ignore[assignment]
 sys.path.insert(0, "")
+gc.threshold(8192)  # type: ignore[attr-defined]  as firmware_py/start.py does, before anything is loaded
 
 from firmware_py import board_machine, board_rp2, startup  # noqa: E402
 

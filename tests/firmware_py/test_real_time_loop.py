@@ -1,0 +1,132 @@
+"""The loop on a board's own clock, simulated: clocks that jump, loops that stand still, ticks that nobody asked for."""
+
+import pytest
+from firmware_bench import sample
+
+from firmware_py.autopilot import Autopilot
+from firmware_py.board_interface import NoLight, NoWatchdog
+from firmware_py.loop import run_real_time
+from firmware_py.mavlink_link import MavlinkLink
+from protocol import dialect
+from sim_bridge.wire import BridgeCodec
+
+SECOND = 1_000_000
+PERIOD_US = 20_000
+MASK = (1 << 30) - 1
+
+
+class Board:
+    """Time passes while the loop waits. `at` are (time [s], call), `to_firmware` what arrives, a datagram each."""
+
+    sensors = actuator = None
+    bytes_per_tick = 2048
+    datagrams = True
+
+    def __init__(self, start_us: int = 0):
+        self.transport = self
+        self.watchdog, self.light = NoWatchdog(), NoLight()
+        self.clock_us = start_us
+        self.end_us = 0  # of the time that passes
+        self.passed_us = 0
+        self.at: list[tuple[float, object]] = []
+        self.to_firmware: list[bytes] = []
+        self.beats: list[float] = []
+        self.ticks = 0
+        self._parser = dialect.MAVLink(None)
+
+    def ticks_us(self) -> int:
+        self._pass(1)
+        return self.clock_us & MASK
+
+    def _pass(self, duration_us: int) -> None:
+        self.clock_us += duration_us
+        self.passed_us += duration_us
+        while self.at and self.at[0][0] * SECOND <= self.passed_us:
+            self.at.pop(0)[1]()  # type: ignore[operator]
+
+    def ended(self) -> bool:
+        return self.passed_us >= self.end_us
+
+    def wait(self, timeout_ms: int) -> bool:
+        assert timeout_ms * 1000 <= PERIOD_US
+        if self.to_firmware:
+            return True
+        self._pass(timeout_ms * 1000)
+        return bool(self.to_firmware)
+
+    def read(self) -> bytes | None:
+        return self.to_firmware.pop(0) if self.to_firmware else None
+
+    def write(self, data: memoryview) -> None:
+        self.ticks += 1
+        for message in self._parser.parse_buffer(bytes(data)) or []:
+            if message.get_type() == "HEARTBEAT":
+                self.beats.append(self.passed_us / SECOND)
+
+    def jump(self, seconds: float) -> None:
+        """The clock shows another time from now on."""
+        self.clock_us += round(seconds * SECOND)
+
+    def stand_still(self, seconds: float) -> None:
+        """The whole process is suspended."""
+        self.clock_us += round(seconds * SECOND)
+        self.passed_us += round(seconds * SECOND)
+
+
+def fly(board: Board, seconds: float) -> Autopilot:
+    autopilot = Autopilot(MavlinkLink(board))
+    board.end_us = round(seconds * SECOND)
+    run_real_time(autopilot, board)
+    return autopilot
+
+
+def test_it_keeps_its_beat_and_counts_nothing():
+    board = Board()
+    autopilot = fly(board, 10.0)
+    assert abs(board.ticks - 500) <= 2
+    assert autopilot.overruns == 0
+    assert board.beats == pytest.approx(range(10), abs=0.03)
+
+
+@pytest.mark.parametrize("jump_s", [0.5, 5.0, 536.8, 540.0, 700.0, 1070.0, -0.5, -5.0, -530.0])
+def test_a_clock_that_jumps_does_not_silence_the_loop(jump_s):
+    board = Board(MASK - 3 * SECOND)
+    board.at = [(4.0, lambda: board.jump(jump_s))]
+    autopilot = fly(board, 10.0)
+    assert abs(board.ticks - 500) <= 2
+    assert autopilot.overruns == 1
+
+
+@pytest.mark.parametrize("stop_s", [0.05, 0.9, 5.0, 60.0])
+def test_a_loop_that_stood_still_counts_it_and_goes_on_at_its_beat(stop_s):
+    board = Board()
+    board.at = [(2.0, lambda: board.stand_still(stop_s))]
+    autopilot = fly(board, 4.0 + stop_s)
+    assert autopilot.overruns == 1
+    assert abs(board.ticks - 200) <= 3
+
+
+def test_a_late_tick_within_a_period_is_caught_up_and_is_none():
+    board = Board()
+    board.at = [(2.0, lambda: board.stand_still(0.015))]
+    autopilot = fly(board, 4.0)
+    assert autopilot.overruns == 0
+    assert abs(board.ticks - 200) <= 1
+
+
+def test_a_bridges_tick_changes_nothing_in_real_time():
+    """One KITE_TICK, then a sample and five questions each 20 ms: all are taken in by the next tick."""
+    board, codec = Board(), BridgeCodec()
+    board.to_firmware.append(codec.encode(dialect.MAVLINK_MSG_ID_KITE_TICK, (5, 5)))
+    ping = codec.encode_message(dialect.MAVLink_ping_message(1, 2, 0, 0))
+
+    def arrive(tick: int) -> None:
+        board.to_firmware += [ping] * 5
+        board.to_firmware.append(
+            codec.encode(dialect.MAVLINK_MSG_ID_KITE_SENSORS, sample(tick * PERIOD_US, azimuth=0.1 + 1e-4 * tick)))
+
+    board.at = [(0.1 + tick * 0.02, lambda tick=tick: arrive(tick)) for tick in range(200)]
+    autopilot = fly(board, 4.3)
+    assert not board.to_firmware
+    assert autopilot.kite.sample_time == 199 * PERIOD_US
+    assert autopilot.link.refused == 1
