@@ -11,10 +11,10 @@ from analysis.target_eight import TargetEight, wrap
 from protocol import dialect
 from sim_bridge.actuator import Actuator
 from sim_bridge.ground_path import GroundLink
-from sim_bridge.link_emulation import LinkDirection, link_settings
+from sim_bridge.link_emulation import LinkDirection, link_settings, patience_s
 from sim_bridge.plants.choice import make_plant
 from sim_bridge.plants.interface import Truth
-from sim_bridge.preflight import Preflight
+from sim_bridge.preflight import PREFLIGHT_TICKS, Preflight
 from sim_bridge.runtimes.interface import Runtime, TickOutput, clock_us
 from sim_bridge.scenario import Scenario
 from sim_bridge.sensors import SAMPLE_BYTES, Sample, Sensors
@@ -72,7 +72,8 @@ class Flight:
         self._up_delay_s = up.delay_s
         self._newest_steering = -inf
         self._preflight = Preflight(scenario)
-        self.tick = -ceil((runtime.lead_in_s + down.delay_s + down.jitter_s) / self.period_s)
+        lead_in_s = max(runtime.lead_in_s, PREFLIGHT_TICKS * self.period_s)
+        self.tick = -ceil((lead_in_s + patience_s(down, SAMPLE_BYTES, self.period_s)) / self.period_s)
         self._first_tick = self.tick
         self._state: tuple[Any, ...] | None = None
 
