@@ -126,6 +126,7 @@ def test_a_board_on_a_cable_tracks_the_eight_and_its_own_delay_is_measured(cable
 def test_a_board_on_the_network_is_answered_where_it_sends_to():
     scenario = load_scenario("paper-delay-tuned")
     scenario.set("run.duration_s", 3.0, "test")
+    scenario.set("run.settle_s", 1.0, "test")
     scenario.set_parameter("STALE_TIME", 3.0, "test")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("127.0.0.1", 0))
