@@ -11,7 +11,7 @@ from analysis.target_eight import Array, TargetEight
 from sim_bridge.actuator import Actuator
 from sim_bridge.ground_path import GroundLink
 from sim_bridge.judgement import Judge, recent_errors
-from sim_bridge.link_emulation import LinkDirection, link_settings, patience_s
+from sim_bridge.link_emulation import LinkDirection, link_settings, patience_s, without
 from sim_bridge.plants.choice import make_plant
 from sim_bridge.plants.interface import Truth
 from sim_bridge.preflight import PREFLIGHT_TICKS, Preflight
@@ -67,11 +67,10 @@ class Flight:
         self._sensors = Sensors(scenario)
         self._wind = Wind(scenario, self.period_s)
         self._start = self.plant.truth()
-        down, up = link_settings(scenario, "control", self.period_s)
+        self._control = down, up = link_settings(scenario, "control", self.period_s)
         seed = scenario["run.seed"]
         self._down = LinkDirection(down, f"{seed}:control.down")
         self._up = LinkDirection(up, f"{seed}:control.up")
-        self._up_delay_s = up.delay_s
         self._newest_steering = -inf
         self._preflight = Preflight(scenario)
         lead_in_s = max(runtime.lead_in_s, PREFLIGHT_TICKS * self.period_s)
@@ -130,9 +129,20 @@ class Flight:
         while self.time_s < until_s - 1e-9 and not self.trouble:
             self.step()
 
+    @property
+    def delay_asked_s(self) -> float:
+        """Delay of the control path there and back that the scenario asks for [s]."""
+        down, up = self._control
+        return down.delay_s + up.delay_s
+
+    @property
+    def delay_emulated_s(self) -> float:
+        """What of it is emulated at present [s]."""
+        return self._down.settings.delay_s + self._up.settings.delay_s
+
     def allow_for(self, delay_s: float) -> None:
-        """A real board takes `delay_s` [s] itself: emulate only the rest of the steering's delay."""
-        self._up.settings = self._up.settings._replace(delay_s=max(0.0, self._up_delay_s - delay_s))
+        """A real board takes `delay_s` [s] itself: emulate only the rest of the control path's delay."""
+        self._down.settings, self._up.settings = without(self._control, delay_s, self.period_s)
 
     def track(self) -> Track:
         """The flight so far, as arrays."""

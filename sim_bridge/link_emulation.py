@@ -45,6 +45,18 @@ def link_settings(scenario: Scenario, path: str, period_s: float) -> tuple[LinkS
     return settings[0], settings[1]
 
 
+def without(both: tuple[LinkSettings, LinkSettings], delay_s: float, period_s: float
+            ) -> tuple[LinkSettings, LinkSettings]:
+    """Settings (down, up) that leave out `delay_s`, which something real takes already; no less than nothing is left.
+
+    What is left on the way down is in whole periods, as the bridge sends samples once in each.
+    """
+    down, up = both
+    left = max(0.0, down.delay_s + up.delay_s - delay_s)
+    below = int(min(down.delay_s, left) / period_s + 1e-9) * period_s
+    return down._replace(delay_s=below), up._replace(delay_s=left - below)
+
+
 def patience_s(settings: LinkSettings, size: int, period_s: float) -> float:
     """How long [s] to wait until items of `size` bytes, sent each `period_s`, come through: delay, queue, bursts."""
     wait_s = settings.delay_s + settings.jitter_s
