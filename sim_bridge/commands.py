@@ -69,7 +69,8 @@ def hil(options: Namespace) -> int:
         if board["board_delay_s"] is not None:
             print(f"the board itself takes {1000 * board['board_delay_s']:.1f} ms from sample to steering, up to "
                   f"{1000 * board['board_jitter_s']:.1f} ms more; {1000 * board['delay_emulated_s']:.1f} ms were "
-                  f"emulated: {1000 * board['delay_flown_s']:.1f} ms flown, {1000 * board['delay_asked_s']:.0f} asked for")
+                  f"emulated; {1000 * board['delay_flown_s']:.1f} ms were flown, {1000 * board['delay_asked_s']:.0f} "
+                  "asked for")
     _keep(result, options)
     return 0
 

@@ -54,8 +54,8 @@ def delay_problem(measured: dict[str, Any]) -> str | None:
     asked_s, board_s = measured["delay_asked_s"], measured["board_delay_s"]
     asked_ms = 1000 * asked_s
     if board_s is None:
-        return (f"the board's own delay is not known (it comes from KITE_STATE: see STATE_HZ), so the {asked_ms:.0f} ms "
-                "asked for were emulated on top of it")
+        return (f"the board's own delay is not known (it comes from KITE_STATE: see STATE_HZ), so the {asked_ms:.0f} "
+                "ms asked for were emulated on top of it")
     if board_s > asked_s:
         return (f"the board alone takes {1000 * board_s:.0f} ms, more than the {asked_ms:.0f} ms asked for: "
                 f"{1000 * measured['delay_flown_s']:.0f} ms were flown")
