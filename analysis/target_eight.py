@@ -70,16 +70,19 @@ class TargetEight(NamedTuple):
         return turning_angle(self.position(s), self.direction * self.derivatives(s)[0])
 
     def nearest(self, position: Array) -> tuple[Array, Array]:
-        """Path parameter of the nearest point, and the great-circle distance [rad] to it, for positions (n, 3).
-
-        On each of the two strands that cross, the best of 128 points, refined by Newton's method on the cosine of
-        the distance; then the nearer one.
-        """
-        grid = (np.arange(_COARSE) / _COARSE - 0.25) * 2 * np.pi
-        strands = [self._nearest_of(position, half) for half in np.split(grid, 2)]
-        distances = [great_circle_distance(position, self.position(s)) for s in strands]
+        """Path parameter of the nearest point, and the great-circle distance [rad] to it, for positions (n, 3)."""
+        strands, distances = self.nearest_of_strands(position)
         first = distances[0] <= distances[1]
         return np.where(first, *strands), np.where(first, *distances)
+
+    def nearest_of_strands(self, position: Array) -> tuple[Array, Array]:
+        """Path parameter (2, n) of the nearest point of each of the two strands that cross, and the distance to it.
+
+        It is the best of 128 points, refined by Newton's method on the cosine of the distance.
+        """
+        grid = (np.arange(_COARSE) / _COARSE - 0.25) * 2 * np.pi
+        strands = np.stack([self._nearest_of(position, half) for half in np.split(grid, 2)])
+        return strands, np.stack([great_circle_distance(position, self.position(s)) for s in strands])
 
     def _nearest_of(self, position: Array, grid: Array) -> Array:
         """Path parameter of the nearest point to each position, starting from the best of `grid`."""

@@ -40,7 +40,7 @@ _FROM_START = (HEARTBEAT,) + _STREAMS
 
 
 class Telemetry:
-    """Sends what is due. `autopilot` is read, never written.
+    """Sends what is due; a heartbeat also at once when the mode changes. `autopilot` is read, never written.
 
     What the link has no room for is left out, bar the heartbeat and texts.
     """
@@ -72,12 +72,15 @@ class Telemetry:
             self._heartbeat_due = now
             for index in range(len(due)):
                 due[index] = ticks_add(now, _FIRST_US[index])
-        if _is_due(self._heartbeat_due, _SECOND, now):
+        changed = self._mode != self._autopilot.modes.mode
+        beats = _is_due(self._heartbeat_due, _SECOND, now)
+        if beats:
             self._heartbeat_due = ticks_add(now, _SECOND)
+        if beats or changed:
             self._send_heartbeat()
         if self._texts:
             self._link.send(STATUSTEXT, self._texts.pop(0))
-        if self._mode != self._autopilot.modes.mode:
+        if changed:
             self._mode = self._autopilot.modes.mode
             if self._asked[1] >= 0:
                 due[1] = now

@@ -8,6 +8,7 @@ from typing import Any
 
 from analysis.extras import ExtraMissingError
 from analysis.flight_data import FlightDataError
+from analysis.metrics import RULE
 from sim_bridge import commands
 from sim_bridge.boards.cli import add_board_verbs
 from sim_bridge.boards.image import BoardError
@@ -81,7 +82,7 @@ def _add_run(verbs: Any) -> None:
     run = verbs.add_parser(
         "run", help="fly a scenario", formatter_class=argparse.RawDescriptionHelpFormatter,
         description="Fly a scenario by its name, or from a TOML file by its path.",
-        epilog="examples:\n"
+        epilog=f"verdict: {RULE}\n\nexamples:\n"
         "  kite-sitl run paper-delay --json\n"
         "  kite-sitl run paper-delay --param INNER_P=1.84 --plot\n"
         "  kite-sitl run small-kite --set link.control.jitter_s=0.03 --set link.control.loss=0.05 --seed 7\n"
@@ -97,7 +98,7 @@ def _add_run(verbs: Any) -> None:
         description="Hardware in the loop: a board with SENSORS = 'hil' flies the simulated kite in real time,\n"
         "through its own link. The scenario's parameters are loaded into the board. The board's own delay is\n"
         "measured, and the emulated one shortened by it.",
-        epilog="examples:\n"
+        epilog="The verdict is explained by `kite-sitl run --help`.\n\nexamples:\n"
         "  kite-sitl hil --link serial:/dev/ttyACM0:115200 small-kite --status\n"
         "  kite-sitl hil --link udp:0.0.0.0:14555 v3-flight --ground --forever")
     hil.add_argument("--link", required=True, metavar="LINK",

@@ -12,6 +12,7 @@ from sim_bridge.bench import bench as measure_speed
 from sim_bridge.bench_micropython import bench_micropython
 from sim_bridge.flight import COLUMNS, Flight
 from sim_bridge.hil import fly_board
+from sim_bridge.judgement import MODE_UNKNOWN
 from sim_bridge.notice import notice
 from sim_bridge.paper import make_paper
 from sim_bridge.replay import play, plot_replay
@@ -21,7 +22,7 @@ from sim_bridge.scenario import Scenario, ScenarioError, load_scenario, scenario
 from sim_bridge.scenario_keys import KEYS
 from sim_bridge.scenario_options import scenario_of
 
-_MODES = ("STANDBY", "MANUAL", "PARK", "TRACK")
+_MODES = {MODE_UNKNOWN: "silent", 0: "STANDBY", 1: "MANUAL", 2: "PARK", 3: "TRACK"}
 
 
 def list_scenarios(options: Namespace) -> int:
@@ -68,7 +69,8 @@ def hil(options: Namespace) -> int:
         if board["board_delay_s"] is not None:
             print(f"the board itself takes {1000 * board['board_delay_s']:.1f} ms from sample to steering, up to "
                   f"{1000 * board['board_jitter_s']:.1f} ms more; {1000 * board['delay_emulated_s']:.1f} ms were "
-                  f"emulated to make the {1000 * board['delay_asked_s']:.0f} ms asked for")
+                  f"emulated; {1000 * board['delay_flown_s']:.1f} ms were flown, {1000 * board['delay_asked_s']:.0f} "
+                  "asked for")
     _keep(result, options)
     return 0
 
@@ -196,7 +198,7 @@ def _print_status(flight: Flight) -> None:
     row = dict(zip(COLUMNS, flight.rows[-1], strict=True))
     cross_track, turning = flight.recent_errors(10.0)
     mode = _MODES[int(row["mode"])]
-    warning = "  UNSTABLE: lower INNER_P" if turning > UNSTABLE_TURNING_ANGLE else ""
+    warning = "  UNSTABLE: lower INNER_P" if mode == "TRACK" and turning > UNSTABLE_TURNING_ANGLE else ""
     print(f"{row['time_s']:6.0f} s  {mode:7}  cross-track {math.degrees(cross_track):5.2f} deg  "
           f"turning angle {math.degrees(turning):6.1f} deg (RMS of 10 s)  steering {row['steering']:+.3f}  "
           f"overruns {flight.overruns}{warning}", flush=True)
@@ -210,12 +212,12 @@ def _report(result: RunResult, as_json: bool) -> None:
     print(f"{numbers['scenario']}: {numbers['sim_s']:.1f} s flown in {numbers['wall_s']:.2f} s "
           f"({numbers['real_time_factor']:.3g} times real time), {numbers['runtime']}, seed {numbers['seed']}"
           + (", interrupted" if result.interrupted else ""))
-    if "verdict" not in numbers:
-        print("ended before the flight began")
-        return
     if numbers["trouble"]:
-        print(f"ended: {numbers['trouble']}")
-    print(f"{numbers['verdict']}: cross-track {math.degrees(numbers['cross_track_rms_rad']):.2f} deg RMS, "
+        print(f"{numbers['verdict']}: {numbers['trouble']}")
+    if numbers["cross_track_rms_rad"] is None:
+        return
+    print(f"{'in TRACK' if numbers['trouble'] else numbers['verdict']}: "
+          f"cross-track {math.degrees(numbers['cross_track_rms_rad']):.2f} deg RMS, "
           f"{math.degrees(numbers['cross_track_max_rad']):.2f} deg at most; turning angle "
           f"{math.degrees(numbers['turning_angle_rms_rad']):.1f} deg RMS; steering {numbers['steering_rms']:.3f} RMS, "
           f"at its limit {100 * numbers['saturated_fraction']:.0f} % of the time; "

@@ -1,20 +1,20 @@
 """The closed loop: plant, sensors, links, firmware, actuator; tick by tick."""
 
 from collections.abc import Callable
-from math import atan2, ceil, hypot, inf
+from math import atan2, ceil, hypot, inf, nan
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from analysis.metrics import Metrics, Track, measure
-from analysis.target_eight import TargetEight, wrap
-from protocol import dialect
+from analysis.metrics import NOT_MEASURED, Metrics, Track, measure
+from analysis.target_eight import Array, TargetEight
 from sim_bridge.actuator import Actuator
 from sim_bridge.ground_path import GroundLink
-from sim_bridge.link_emulation import LinkDirection, link_settings
+from sim_bridge.judgement import Judge, recent_errors
+from sim_bridge.link_emulation import LinkDirection, link_settings, patience_s, without
 from sim_bridge.plants.choice import make_plant
 from sim_bridge.plants.interface import Truth
-from sim_bridge.preflight import Preflight
+from sim_bridge.preflight import PREFLIGHT_TICKS, Preflight
 from sim_bridge.runtimes.interface import Runtime, TickOutput, clock_us
 from sim_bridge.scenario import Scenario
 from sim_bridge.sensors import SAMPLE_BYTES, Sample, Sensors
@@ -22,13 +22,15 @@ from sim_bridge.start_state import lead_in, start_position
 from sim_bridge.wind.wind import Wind
 from sim_bridge.wire import STEERING_BYTES
 
-# Columns of the truth, a row a tick. `state` columns are what the firmware's KITE_STATE of that tick said; the wind is
-# that at 6 m with its gusts along, before the profile.
+# Columns of the truth, a row a tick. From `state_course_rad` to `path_parameter_rad`, and `status`, they are what the
+# firmware's last KITE_STATE said, nan where there was none; the mode is the last heartbeat's, -1 long after that;
+# the wind is that at 6 m with its gusts along, before the profile.
 COLUMNS = (
     "time_s", "azimuth_rad", "elevation_rad", "course_rad", "heading_rad", "airspeed_m_s", "steering",
     "state_course_rad", "target_course_rad", "cross_track_rad", "path_parameter_rad", "steering_asked", "status",
     "mode", "distance_m", "tether_force_n", "wind_m_s", "wind_direction_rad",
 )
+_NO_STATE = (nan,) * 21
 
 
 class TickRecord(NamedTuple):
@@ -65,16 +67,17 @@ class Flight:
         self._sensors = Sensors(scenario)
         self._wind = Wind(scenario, self.period_s)
         self._start = self.plant.truth()
-        down, up = link_settings(scenario, "control", self.period_s)
+        self._control = down, up = link_settings(scenario, "control", self.period_s)
         seed = scenario["run.seed"]
         self._down = LinkDirection(down, f"{seed}:control.down")
         self._up = LinkDirection(up, f"{seed}:control.up")
-        self._up_delay_s = up.delay_s
         self._newest_steering = -inf
         self._preflight = Preflight(scenario)
-        self.tick = -ceil((runtime.lead_in_s + down.delay_s + down.jitter_s) / self.period_s)
+        lead_in_s = max(runtime.lead_in_s, PREFLIGHT_TICKS * self.period_s)
+        self.tick = -ceil((lead_in_s + patience_s(down, SAMPLE_BYTES, self.period_s)) / self.period_s)
         self._first_tick = self.tick
         self._state: tuple[Any, ...] | None = None
+        self._judge = Judge(scenario)
 
     @property
     def time_s(self) -> float:
@@ -105,6 +108,7 @@ class Flight:
         for sent_s, steering in output.steering:
             self._up.send(sent_s, (sent_s, steering), STEERING_BYTES)
         heard = self._tell_stations(time_s, output.frames)
+        self._judge.hear(time_s, output, len(self.rows))
         if output.state:
             self._state = output.state
             self.overruns = output.state[14]
@@ -125,32 +129,35 @@ class Flight:
         while self.time_s < until_s - 1e-9 and not self.trouble:
             self.step()
 
+    @property
+    def delay_asked_s(self) -> float:
+        """Delay of the control path there and back that the scenario asks for [s]."""
+        down, up = self._control
+        return down.delay_s + up.delay_s
+
+    @property
+    def delay_emulated_s(self) -> float:
+        """What of it is emulated at present [s]."""
+        return self._down.settings.delay_s + self._up.settings.delay_s
+
     def allow_for(self, delay_s: float) -> None:
-        """A real board takes `delay_s` [s] itself: emulate only the rest of the steering's delay."""
-        self._up.settings = self._up.settings._replace(delay_s=max(0.0, self._up_delay_s - delay_s))
+        """A real board takes `delay_s` [s] itself: emulate only the rest of the control path's delay."""
+        self._down.settings, self._up.settings = without(self._control, delay_s, self.period_s)
 
     def track(self) -> Track:
         """The flight so far, as arrays."""
-        columns = dict(zip(COLUMNS, np.array(self.rows, dtype=float).T.reshape(len(COLUMNS), -1), strict=True))
-        limit = self.actuator.saturation
-        held = (columns["status"].astype(int) & dialect.KITE_STATUS_SATURATED) > 0
-        if limit:
-            held |= np.abs(columns["steering"]) >= limit * (1 - 1e-9)
-        return Track(
-            columns["time_s"], columns["azimuth_rad"], columns["elevation_rad"], columns["course_rad"],
-            columns["target_course_rad"], columns["steering"], held.astype(float))
+        return self._judge.track(_columns(self.rows))
 
     def metrics(self) -> Metrics:
-        """The flight's numbers, after the scenario's settling time."""
-        metrics = measure(self.track(), self.eight, self.scenario["run.settle_s"])
-        return metrics._replace(verdict="crashed") if self.trouble else metrics
+        """The flight's numbers and the verdict, after the scenario's settling time."""
+        if not self.rows:
+            return Metrics(None, None, None, None, None, NOT_MEASURED, "it ended before the flight began")
+        return measure(self.track(), self.scenario["run.settle_s"], self.trouble)
 
     def recent_errors(self, seconds: float) -> tuple[float, float]:
         """RMS of cross-track and turning-angle error [rad] over the last `seconds`, for a status line."""
-        rows = self.rows[-max(1, round(seconds / self.period_s)) :]
-        track = np.array(rows).T
-        turning = wrap(track[8] - track[3])
-        return float(np.sqrt(np.mean(track[9] ** 2))), float(np.sqrt(np.mean(turning**2)))
+        recent = self.rows[-max(1, round(seconds / self.period_s)) :]
+        return recent_errors(self._judge.track(_columns(recent), len(self.rows) - len(recent)))
 
     def _hear_stations(self, time_s: float) -> list[bytes]:
         if not self._ground:
@@ -170,15 +177,13 @@ class Flight:
         return heard
 
     def _record(self, time_s: float, truth: Truth) -> None:
-        state = self._state
-        if state is None:
-            return
-        sample_azimuth, sample_elevation = _angles(truth)
+        state = self._state or _NO_STATE
+        azimuth, elevation = _angles(truth)
         air = self._wind.air
         self.rows.append((
-            time_s, sample_azimuth, sample_elevation, truth.course, truth.heading, truth.airspeed,
-            self.actuator.position, state[5], state[10], state[11], state[12], state[13], state[16], state[20],
-            truth.distance, truth.tether_force, air.speed_m_s * air.gust, air.direction_rad))
+            time_s, azimuth, elevation, truth.course, truth.heading, truth.airspeed,
+            self.actuator.position, state[5], state[10], state[11], state[12], self._judge.steering_asked, state[16],
+            self._judge.mode(time_s), truth.distance, truth.tether_force, air.speed_m_s * air.gust, air.direction_rad))
 
     def _advance(self, start_s: float, end_s: float, flying: bool) -> None:
         """Fly from one tick to the next, with each steering command felt at its exact time."""
@@ -211,3 +216,8 @@ class Flight:
 def _angles(truth: Truth) -> tuple[float, float]:
     x, y, z = truth.position
     return atan2(y, x), atan2(z, hypot(x, y))
+
+
+def _columns(rows: list[tuple[float, ...]]) -> dict[str, Array]:
+    values = np.array(rows, dtype=float).reshape(-1, len(COLUMNS))
+    return dict(zip(COLUMNS, values.T, strict=True))

@@ -6,7 +6,8 @@ from sim_bridge.link_emulation import LinkDirection, LinkSettings
 from sim_bridge.scenario import Scenario, ScenarioError
 from sim_bridge.wire import carries_control
 
-_MOST_PEERS = 8
+_MOST_STATIONS = 32
+_MARKER = 0xFD  # first byte of a MAVLink 2 frame
 _MOST_DATAGRAMS = 200  # taken in at one tick
 _Address = tuple[str, int]
 
@@ -53,11 +54,18 @@ class GroundLink:
 
 
 class GroundSocket:
-    """Where ground stations are: the address that the kite sends to, and whoever has come to ours."""
+    """Where ground stations are: the address that the kite sends to, and whoever has come to ours.
+
+    Of those who have come the 32 heard last are sent to: one more, and the longest silent one gives way.
+
+    Raises:
+        ScenarioError: an address that cannot be, or that another program has.
+    """
 
     def __init__(self, scenario: Scenario):
         listen = parse_address(scenario["ground.listen"], "ground.listen")
-        self._peers = [parse_address(scenario["ground.send_to"], "ground.send_to")]
+        self._configured = _resolved(scenario["ground.send_to"])
+        self._stations: dict[_Address, None] = {}  # the longest silent first
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
         try:
@@ -79,15 +87,15 @@ class GroundSocket:
                 break
             except OSError:  # an earlier datagram found nobody
                 continue
-            if peer not in self._peers and len(self._peers) < _MOST_PEERS:
-                self._peers.append(peer)
+            self._hear(peer, datagram)
             datagrams.append(datagram[:1400])
         return datagrams
 
     def send(self, frames: list[bytes]) -> None:
         """Send each frame to every ground station; one that is not there is no error."""
+        stations = [self._configured, *self._stations]
         for frame in frames:
-            for peer in self._peers:
+            for peer in stations:
                 try:
                     self._socket.sendto(frame, peer)
                 except OSError:
@@ -96,3 +104,23 @@ class GroundSocket:
     def close(self) -> None:
         """Give the port back."""
         self._socket.close()
+
+    def _hear(self, peer: _Address, datagram: bytes) -> None:
+        """Note who speaks; a stranger is a station if that is MAVLink."""
+        known = peer in self._stations
+        if peer == self._configured or not (known or datagram[:1] == bytes([_MARKER])):
+            return
+        if known:
+            del self._stations[peer]
+        elif len(self._stations) >= _MOST_STATIONS:
+            del self._stations[next(iter(self._stations))]
+        self._stations[peer] = None
+
+
+def _resolved(text: str) -> _Address:
+    """Where ground stations are sent to, as a number: that is how they are known when they answer."""
+    host, port = parse_address(text, "ground.send_to")
+    try:
+        return socket.gethostbyname(host), port
+    except OSError as error:
+        raise ScenarioError(f"ground.send_to = {text}: {host} is not known here ({error.strerror})") from error

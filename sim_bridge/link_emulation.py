@@ -1,12 +1,16 @@
 """One direction of a radio link: delay, jitter, loss, duplicates, reordering, a byte rate; all from one seed."""
 
 import heapq
+from math import inf
 from random import Random
 from typing import Any, NamedTuple
 
 from sim_bridge.scenario import Scenario
 
 _LONGEST_QUEUE_S = 1.0  # what waits longer than this for its turn on a slow link is dropped
+_BURSTS = 4.0  # of the mean length: one in fifty is longer
+_USUAL_BURSTS_S = 1.0  # every preflight has time for these
+_MOST_PATIENCE_S = 60.0
 
 
 class LinkSettings(NamedTuple):
@@ -41,6 +45,30 @@ def link_settings(scenario: Scenario, path: str, period_s: float) -> tuple[LinkS
     return settings[0], settings[1]
 
 
+def without(both: tuple[LinkSettings, LinkSettings], delay_s: float, period_s: float
+            ) -> tuple[LinkSettings, LinkSettings]:
+    """Settings (down, up) that leave out `delay_s`, which something real takes already; no less than nothing is left.
+
+    What is left on the way down is in whole periods, as the bridge sends samples once in each.
+    """
+    down, up = both
+    left = max(0.0, down.delay_s + up.delay_s - delay_s)
+    below = int(min(down.delay_s, left) / period_s + 1e-9) * period_s
+    return down._replace(delay_s=below), up._replace(delay_s=left - below)
+
+
+def patience_s(settings: LinkSettings, size: int, period_s: float) -> float:
+    """How long [s] to wait until items of `size` bytes, sent each `period_s`, come through: delay, queue, bursts."""
+    wait_s = settings.delay_s + settings.jitter_s
+    if settings.reorder:
+        wait_s += settings.reorder_s
+    if settings.rate_bytes_s:
+        wait_s += min(_MOST_PATIENCE_S, _LONGEST_QUEUE_S + size / settings.rate_bytes_s)
+    if settings.loss and settings.loss_burst > 1.0:
+        wait_s += min(_MOST_PATIENCE_S, max(0.0, _BURSTS * settings.loss_burst * period_s - _USUAL_BURSTS_S))
+    return wait_s
+
+
 class LinkDirection:
     """Carries items from `send` to `due`, which returns each with the exact time at which it comes out."""
 
@@ -52,7 +80,7 @@ class LinkDirection:
         self._waiting: list[tuple[float, int, Any]] = []
         self._count = 0
         self._in_burst = False
-        self._free_at = 0.0
+        self._free_at = -inf  # preflight comes before t = 0
         self._plain = settings._replace(delay_s=0.0, reorder_s=0.1, loss_burst=0.0) == LinkSettings()
 
     def send(self, time_s: float, item: Any, size: int) -> None:

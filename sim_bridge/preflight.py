@@ -6,16 +6,27 @@ from protocol import dialect
 from protocol.parameter_table import load_parameters
 from sim_bridge.runtimes.interface import FirmwareError, Message
 from sim_bridge.scenario import Scenario
-from sim_bridge.wire import as_request
+from sim_bridge.wire import BRIDGE_COMPONENT, BRIDGE_SYSTEM, as_request
 
+PREFLIGHT_TICKS = 40  # parameters, arming, checking the curve; and each of them may be asked twice
 _ASKED_PER_TICK = 4
 _REPEAT_TICKS = 15
 _EVERYBODY = 0  # there is one kite on the link, whatever its system id
+_US = (BRIDGE_SYSTEM, BRIDGE_COMPONENT)
 _TRACK = dialect.KITE_MODE_TRACK
+_REFUSALS = {
+    dialect.MAV_PARAM_ERROR_DOES_NOT_EXIST: "it has no such parameter",
+    dialect.MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE: "out of range",
+    dialect.MAV_PARAM_ERROR_READ_ONLY: "read-only",
+    dialect.MAV_PARAM_ERROR_PERMISSION_DENIED: "only while disarmed, and a ground station has armed it",
+}
 
 
 class Preflight:
-    """Asks until everything is acknowledged; `done` then."""
+    """Asks until everything is acknowledged; `done` then.
+
+    Ground stations may be talking meanwhile: answers to them count for nothing here.
+    """
 
     def __init__(self, scenario: Scenario):
         self._wanted = {
@@ -24,7 +35,7 @@ class Preflight:
         self._asked: dict[str, float] = {}
         self._armed = False
         self._last_command = -inf
-        self._reason = ""
+        self._reason = "no answer"
         self.done = False
 
     def requests(self, tick: int) -> list[Message]:
@@ -43,21 +54,21 @@ class Preflight:
         return [self._command(dialect.MAV_CMD_COMPONENT_ARM_DISARM, 1.0, 0.0)]
 
     def hear(self, replies: list[Message]) -> None:
-        """Take the firmware's answers.
+        """Take the firmware's answers; those addressed to somebody else are passed over.
 
         Raises:
             FirmwareError: a parameter was refused.
         """
         for message, values in replies:
-            if message == dialect.MAVLINK_MSG_ID_PARAM_VALUE:
+            if message == dialect.MAVLINK_MSG_ID_PARAM_VALUE:  # goes to everybody, and is true for everybody
                 name = _text(values[3])
                 if self._wanted.get(name) == values[0]:
                     del self._wanted[name]
-            elif message == dialect.MAVLINK_MSG_ID_PARAM_ERROR:
-                raise FirmwareError(f"the firmware refused {_text(values[3])}: {self._reason or 'out of range'}")
-            elif message == dialect.MAVLINK_MSG_ID_STATUSTEXT:
+            elif message == dialect.MAVLINK_MSG_ID_PARAM_ERROR and values[1:3] == _US:
+                raise FirmwareError(f"the firmware refused {_text(values[3])}: {_REFUSALS.get(values[4], 'no reason')}")
+            elif message == dialect.MAVLINK_MSG_ID_STATUSTEXT and values[0] <= dialect.MAV_SEVERITY_WARNING:
                 self._reason = _text(values[1])
-            elif message == dialect.MAVLINK_MSG_ID_COMMAND_ACK:
+            elif message == dialect.MAVLINK_MSG_ID_COMMAND_ACK and values[4:6] == _US:
                 self._acknowledge(values[0], values[1])
 
     def check(self) -> None:

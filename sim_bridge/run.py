@@ -102,7 +102,7 @@ def sum_up(flight: Flight, wall_s: float) -> dict[str, Any]:
     return {
         "scenario": scenario.name, "plant": scenario["plant.kind"], "runtime": flight.runtime.name,
         "seed": scenario["run.seed"], "sim_s": sim_s, "wall_s": wall_s, "real_time_factor": sim_s / wall_s,
-        **(flight.metrics()._asdict() if flight.rows else {}), "trouble": flight.trouble,
+        **flight.metrics()._asdict(),
         "ticks": len(flight.rows), "overruns": flight.overruns,
     }
 

@@ -5,6 +5,7 @@ from typing import Any
 
 from firmware_py.autopilot import Autopilot
 from firmware_py.generated_messages import (
+    HEARTBEAT,
     HIL_ACTUATOR_CONTROLS,
     KITE_SENSORS,
     KITE_STATE,
@@ -33,6 +34,7 @@ class DirectLink:
     def __init__(self, keep_frames: bool):
         self.steering = 0.0
         self.state: tuple[Any, ...] | None = None
+        self.mode: int | None = None
         self.replies: list[Message] = []
         self.frames: list[bytes] = []
         self.budget = LinkBudget(0)
@@ -50,6 +52,8 @@ class DirectLink:
             self.steering = wired[2]
         elif message == KITE_STATE:
             self.state = wired
+        elif message == HEARTBEAT:
+            self.mode = wired[0]
         else:
             self.replies.append((message, wired))
         if self._encoders and message != HIL_ACTUATOR_CONTROLS:
@@ -88,8 +92,8 @@ class InprocRuntime:
         for message, values in requests:
             inbox.put(message, as_on_the_wire(message, values), BRIDGE_SYSTEM, BRIDGE_COMPONENT)
         self.autopilot.tick(clock_us(time_s))
-        output = TickOutput([(time_s, link.steering)], link.state, link.replies, link.frames)
-        link.state, link.replies, link.frames = None, [], []
+        output = TickOutput([(time_s, link.steering)], link.state, link.replies, link.frames, link.mode)
+        link.state, link.replies, link.frames, link.mode = None, [], [], None
         return output
 
     def stop(self) -> None:

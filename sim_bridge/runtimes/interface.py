@@ -20,13 +20,14 @@ class TickOutput(NamedTuple):
 
     `steering` holds (time [s], steering) for each HIL_ACTUATOR_CONTROLS; `state` is the last KITE_STATE in wire
     order, None if there was none; `replies` are PARAM_VALUE, PARAM_ERROR, COMMAND_ACK and STATUSTEXT; `frames` are
-    all frames for the ground path, as bytes.
+    all frames for the ground path, as bytes; `mode` is the last HEARTBEAT's, None if there was none.
     """
 
     steering: list[tuple[float, float]]
     state: tuple[Any, ...] | None
     replies: list[Message]
     frames: list[bytes]
+    mode: int | None = None
 
 
 LEAD_IN_S = 2.0  # enough in lockstep, where nothing is lost

@@ -54,6 +54,8 @@ class WireRuntime:
                 continue
             if kind == "KITE_STATE":
                 output = output._replace(state=wire_values(message))
+            elif kind == "HEARTBEAT":
+                output = output._replace(mode=message.custom_mode)  # type: ignore[attr-defined]
             elif kind in _REPLIES:
                 output.replies.append((message.get_msgId(), wire_values(message)))
             output.frames.append(bytes(message.get_msgbuf()))

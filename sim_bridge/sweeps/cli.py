@@ -8,6 +8,7 @@ from typing import Any
 
 from tqdm import tqdm
 
+from analysis.metrics import RULE, VERDICTS
 from analysis.plots import new_figure, save
 from sim_bridge.notice import notice
 from sim_bridge.option_types import count, positive
@@ -18,7 +19,7 @@ from sim_bridge.sweeps.execute import fly_all, make_executor
 from sim_bridge.sweeps.map_plot import draw_map
 from sim_bridge.sweeps.results import Results
 
-_VERDICTS = ("tracking", "unstable", "crashed", "refused")
+_VERDICTS = (*VERDICTS, "refused")
 
 
 def add_sweep_verb(verbs: Any) -> None:
@@ -29,7 +30,8 @@ def add_sweep_verb(verbs: Any) -> None:
         description="Fly a scenario over a grid of values, or with --runs over a random sample of them, on all cores.\n"
         "Run number n flies with the seed run.seed + n. Results go into a CSV file, a line a run; the same command\n"
         "goes on where a killed sweep stopped.",
-        epilog="values: FIRST:LAST:COUNT, FIRST:LAST:COUNT:log, or A,B,C\nexamples:\n"
+        epilog=f"verdict: {RULE}\n  refused       it could not be flown; `trouble` says why\n\n"
+        "values: FIRST:LAST:COUNT, FIRST:LAST:COUNT:log, or A,B,C\nexamples:\n"
         "  kite-sitl sweep paper-delay-tuned --over param.INNER_P=1:10:20 --over link.control.delay_s=.1:.5:5 --plot\n"
         "  kite-sitl sweep v3-flight --over wind.turbulence_intensity=0:0.3:2 --over param.INNER_P=1:3:2 --runs 99\n"
         "  kite-sitl sweep small-kite --over run.seed=1,2,3,4 --scheduler tcp://10.0.0.7:8786")

@@ -8,6 +8,7 @@ import numpy as np
 
 from analysis.characteristic_roots import Loop
 from analysis.delay import loop_delay, stability_limit
+from analysis.metrics import LOST, NOT_MEASURED, TRACKING, UNSTABLE
 from analysis.plots import new_figure
 from analysis.target_eight import Array
 from analysis.whole_loop import gain_limit
@@ -15,7 +16,8 @@ from sim_bridge.scenario import Scenario, ScenarioError
 from sim_bridge.sweeps.axes import Axis, apply
 
 _GAIN = "param.INNER_P"
-_MARKERS = {"unstable": ("x", "#d1495b"), "crashed": ("v", "#8d0801"), "refused": ("+", "#9aa0a6")}
+_MARKERS = {UNSTABLE: ("x", "#d1495b"), LOST: ("v", "#8d0801"), NOT_MEASURED: (".", "#9aa0a6"),
+            "refused": ("+", "#9aa0a6")}
 _CURVE_POINTS = 80
 
 
@@ -27,7 +29,7 @@ def draw_map(base: Scenario, axes: Sequence[Axis], rows: Sequence[dict[str, str]
     error = np.array([math.degrees(float(row["cross_track_rms_rad"] or "nan")) for row in rows])
     y = _column(axes[1], rows) if len(axes) > 1 else error
     verdicts = np.array([row["verdict"] for row in rows])
-    tracking = verdicts == "tracking"
+    tracking = verdicts == TRACKING
     shades = plot.scatter(x[tracking], y[tracking], c=error[tracking], s=_size(len(rows)), marker="s",
                           cmap="viridis", norm="log" if np.any(error[tracking] > 0.0) else None)
     if np.any(tracking):

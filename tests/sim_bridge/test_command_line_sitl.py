@@ -142,7 +142,8 @@ def test_paper_makes_seven_figures_and_the_table(capsys, tmp_path):
 
 def test_ctrl_c_and_the_end_of_a_pipe_leave_no_traceback():
     """A flight that is interrupted sums up what there is."""
-    command = [sys.executable, "-m", "sim_bridge.cli", "run", "paper-no-delay", "--forever", "--status"]
+    command = [sys.executable, "-m", "sim_bridge.cli", "run", "paper-no-delay", "--forever", "--status",
+               "--set", "run.settle_s=1"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         assert process.stdout and process.stderr
         for _ in range(3):

@@ -148,8 +148,8 @@ def test_ten_minutes_of_eights_are_tracked_in_steady_and_in_turbulent_wind(name,
     flight, strain, energies = fly(name, 600.0, wind__turbulence_intensity=turbulence)
     metrics = flight.metrics()
     assert metrics.verdict == "tracking"
-    assert metrics.cross_track_rms_rad < 0.05
-    assert metrics.saturated_fraction < 0.01
+    assert metrics.cross_track_rms_rad is not None and metrics.cross_track_rms_rad < 0.05
+    assert metrics.saturated_fraction is not None and metrics.saturated_fraction < 0.01
     assert strain < 0.03
     quarter = len(energies) // 4
     assert max(energies[3 * quarter :]) < 2.0 * max(energies[:quarter])

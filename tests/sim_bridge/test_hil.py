@@ -15,10 +15,12 @@ import pytest
 
 import firmware_py
 from protocol import dialect
-from sim_bridge.flight import COLUMNS
-from sim_bridge.hil import fly_board, link_warnings
+from sim_bridge.flight import COLUMNS, Flight
+from sim_bridge.hil import board_report, delay_problem, fly_board, link_warnings
 from sim_bridge.hil_port import open_port
 from sim_bridge.run import RunOptions
+from sim_bridge.runtimes.inproc import InprocRuntime
+from sim_bridge.runtimes.interface import clock_us
 from sim_bridge.runtimes.process import HEAP, micropython_command
 from sim_bridge.scenario import ScenarioError, load_scenario
 
@@ -120,12 +122,14 @@ def test_a_board_on_a_cable_tracks_the_eight_and_its_own_delay_is_measured(cable
     assert result.numbers["cross_track_rms_rad"] < 0.12
     # At least the bytes of sample, steering and state on the cable, and half a period's wait for the board's tick.
     assert 0.008 < measured["board_delay_s"] < 0.1
-    assert measured["delay_emulated_s"] == pytest.approx(0.2 - measured["board_delay_s"])
+    assert measured["delay_emulated_s"] == pytest.approx(0.2 - measured["board_delay_s"], abs=0.005)
+    assert measured["delay_flown_s"] == measured["delay_emulated_s"] + measured["board_delay_s"]
 
 
 def test_a_board_on_the_network_is_answered_where_it_sends_to():
     scenario = load_scenario("paper-delay-tuned")
     scenario.set("run.duration_s", 3.0, "test")
+    scenario.set("run.settle_s", 1.0, "test")
     scenario.set_parameter("STALE_TIME", 3.0, "test")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("127.0.0.1", 0))
@@ -166,6 +170,76 @@ def test_an_unplugged_board_parks_and_the_flight_goes_on_when_it_is_back(cable):
     assert {row[mode] for row in rows if 1.0 < row[time_s] < 2.9} == {dialect.KITE_MODE_TRACK}
     assert {row[mode] for row in rows if row[time_s] > 8.5} == {dialect.KITE_MODE_PARK}
     assert "is gone" in said[0] and "is back" in said[1] and len(said) == 2
+
+
+class LateBoard(InprocRuntime):
+    """A board in simulated time that takes `delay_s` [s] from a sample to the steering it makes of it.
+
+    It steers by the number of the sample, so that what is felt tells how old it is.
+    """
+
+    def __init__(self, delay_s: float):
+        super().__init__()
+        self._delay_s = delay_s
+
+    def exchange(self, tick, time_s, samples, requests, datagrams):
+        output = super().exchange(tick, time_s, samples, requests, datagrams)
+        steering = [(time_s + self._delay_s, float(sample[0])) for sample in samples]
+        return output._replace(steering=steering)
+
+
+def delay_flown(flight: Flight) -> float:
+    """From the newest sample that the actuator feels to that moment [s], by what it was asked for and when."""
+    felt: list[tuple[float, float]] = []
+    take = flight.actuator.command
+
+    def note(time_s, steering):
+        felt.append((time_s, steering))
+        take(time_s, 0.0)
+
+    flight.actuator.command = note  # type: ignore[method-assign]
+    flight.fly(flight.time_s + 1.0)
+    ages = {round(time_s - flight_s(int(stamp)), 6) for time_s, stamp in felt[-20:]}
+    assert len(ages) == 1
+    return ages.pop()
+
+
+def flight_s(stamp_us: int) -> float:
+    """Time of the flight at a stamp of the firmware's clock [s]."""
+    return ((stamp_us - clock_us(0.0) + (1 << 29)) % (1 << 30) - (1 << 29)) * 1e-6
+
+
+@pytest.mark.parametrize("loop_hz", [50.0, 20.0, 200.0])
+@pytest.mark.parametrize(("board_ms", "links", "asked_ms", "flown_ms"), [
+    (40, {"delay_s": 0.05}, 50, 50),  # more than the whole of the steering's part
+    (12, {"delay_s": 0.05}, 50, 50), (40, {"delay_s": 0.2}, 200, 200), (12, {"delay_s": 0.0}, 0, 12),
+    (40, {"delay_s": 0.03}, 30, 40),  # cannot be reached
+    (40, {"down.delay_s": 0.2, "up.delay_s": 0.0}, 200, 200), (40, {"down.delay_s": 0.0, "up.delay_s": 0.1}, 100, 100),
+    (7, {"down.delay_s": 0.033, "up.delay_s": 0.001}, 34, 34)])
+def test_what_the_board_takes_itself_is_left_out_of_the_emulated_delay(board_ms, links, asked_ms, flown_ms, loop_hz):
+    scenario = load_scenario("paper-no-delay")
+    scenario.set_parameter("LOOP_HZ", loop_hz, "test")
+    for key, value in links.items():
+        scenario.set(f"link.control.{key}", value, "test")
+    flight = Flight(scenario, LateBoard(0.001 * board_ms))
+    flight.allow_for(0.001 * board_ms)
+    assert 1000.0 * delay_flown(flight) == pytest.approx(flown_ms, abs=0.01)
+    report = board_report(flight, (0.001 * board_ms, 0.0))
+    assert 1000.0 * report["delay_asked_s"] == pytest.approx(asked_ms)
+    assert 1000.0 * report["delay_flown_s"] == pytest.approx(flown_ms)
+    assert 1000.0 * report["delay_emulated_s"] == pytest.approx(flown_ms - board_ms)
+    problem = delay_problem(report)
+    if flown_ms == asked_ms:
+        assert problem is None
+    else:
+        assert problem and f"takes {board_ms} ms, more than the {asked_ms} ms" in problem
+
+
+def test_a_board_whose_delay_cannot_be_measured_is_told():
+    flight = Flight(load_scenario("paper-delay"), LateBoard(0.04))
+    report = board_report(flight, None)
+    assert report["delay_flown_s"] is None and report["delay_emulated_s"] == pytest.approx(0.2)
+    assert "200 ms asked for were emulated on top" in (delay_problem(report) or "")
 
 
 def test_a_link_that_is_too_slow_is_said_beforehand_with_what_would_help():

@@ -202,5 +202,5 @@ def test_the_firmware_flies_eights_with_it(steady_flight):
         assert flight.plant.trouble is None
         metrics = flight.metrics()
         assert metrics.verdict == "tracking"
-        assert metrics.cross_track_rms_rad < 0.1
+        assert metrics.cross_track_rms_rad is not None and metrics.cross_track_rms_rad < 0.1
         assert np.sum(np.abs(np.diff(np.sign(flight.track().azimuth[500:]))) == 2) >= 12  # it goes to and fro

@@ -5,7 +5,7 @@ its mass and inertia, held together and to the bridle point by springs. Airspeed
 damping and the turning-rate constant come out of the flow.
 """
 
-from math import cos, radians, sin, sqrt
+from math import ceil, cos, radians, sin, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,7 +40,7 @@ class VortexLatticeKite(TetheredKite):
     """See the module. `flow` is the flow around the wing, `motion` (6,) how the wing meets it: see WingFlow."""
 
     def __init__(self, scenario: Scenario, position: Vector, direction: Vector):
-        super().__init__(scenario, STEP_S)
+        super().__init__(scenario, min(STEP_S, scenario["plant.step_s"]))
         wing = arc_wing(scenario)
         corners, self._axes, self.centre = four_points(*wing.masses(scenario["wing.mass_kg"]))
         self.flow = WingFlow(
@@ -54,9 +54,11 @@ class VortexLatticeKite(TetheredKite):
         self._set_off(Air(scenario["wind.speed_m_s"]), np.array(position), np.array(direction), corners)
 
     def step(self, dt: float, steering: float, air: Air) -> None:
-        """Fly on by `dt` [s]; see Plant."""
-        self.flow.follow(self.motion[:3])
-        super().step(dt, steering, air)
+        """Fly on by `dt` [s], in steps no longer than `step_s`; see Plant."""
+        steps = max(1, ceil(dt / self.step_s - 1e-6))
+        for _ in range(steps):
+            self.flow.follow(self.motion[:3])
+            super().step(dt / steps, steering, air)
 
     def forces(self, x: Points, v: Points, out: Points) -> None:
         first, tether = self.tether.segments, self.tether
