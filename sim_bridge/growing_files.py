@@ -51,7 +51,7 @@ class GrowingFiles:
             OSError: it cannot be written; all files are as after the last commit.
         """
         files, sizes, pending = self._state
-        if not pending:
+        if not pending or not files:
             return
         chunks = [b"".join(records) for records in zip(*pending, strict=True)]
         try:
