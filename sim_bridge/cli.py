@@ -79,7 +79,9 @@ def _parser() -> argparse.ArgumentParser:
 def _add_run(verbs: Any) -> None:
     run = verbs.add_parser(
         "run", help="fly a scenario", formatter_class=argparse.RawDescriptionHelpFormatter,
-        description="Fly a scenario by its name, or from a TOML file by its path.",
+        description="Fly a scenario by its name, or from a TOML file by its path.\n\n"
+        "With --log the flight is recorded as it goes, up to the last second whatever ends it; a full disk ends the\n"
+        "log and not the flight. `kite-sitl rerun DIR` flies it again.",
         epilog="examples:\n"
         "  kite-sitl run paper-delay --json\n"
         "  kite-sitl run paper-delay --param INNER_P=1.84 --plot\n"

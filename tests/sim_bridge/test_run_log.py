@@ -9,9 +9,11 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from analysis.record_source import read_record
 from analysis.tlog import read_tlog
 from protocol import dialect
 from protocol.contract import CONTRACT_HASH
@@ -42,11 +44,11 @@ def fly(folder, duration_s=1.2, **options):
     return result, told
 
 
-def rerun(capsys, folder):
+def rerun(capsys, folder) -> tuple[int, dict[str, Any], str]:
     """Exit code, result and what was said."""
     code = main(["rerun", str(folder), "--json"])
     out, err = capsys.readouterr()
-    return code, json.loads(out) if out else None, err
+    return code, json.loads(out) if out else {}, err
 
 
 def test_a_flight_whose_bridge_is_killed_is_there_up_to_the_last_second(tmp_path, capsys):
@@ -220,12 +222,15 @@ def test_another_version_flies_the_values_of_the_log_and_says_what_differs(tmp_p
 
 def test_a_changed_truth_is_noticed_and_a_missing_one_said(tmp_path, capsys):
     folder = tmp_path / "log"
-    fly(folder)
+    fly(folder, duration_s=10.0)
     truth = folder / "truth.csv"
     rows = truth.read_text().splitlines(keepends=True)
-    truth.write_text("".join(rows[:40]) + rows[40][:-30])  # cut within a line
-    code, result, _ = rerun(capsys, folder)
-    assert code == 0 and result["same"] and result["ticks"] == 39 and result["cut"]
+    places = [len(rows[400]) - 30, len(rows[400]) - 5]  # between two commas, and in the last number
+    for cut_at in places:
+        truth.write_text("".join(rows[:400]) + rows[400][:cut_at])
+        code, result, _ = rerun(capsys, folder)
+        assert code == 0 and result["same"] and result["ticks"] == 399 and result["cut"]
+        assert len(read_record(folder).time_s) == 399
     truth.unlink()
     code, _, said = rerun(capsys, folder)
     assert code == 2 and said == f"kite-sitl: {truth} is missing: nothing says how the kite flew\n"

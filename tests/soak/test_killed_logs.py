@@ -48,9 +48,11 @@ def test_a_killed_recording_is_there_up_to_the_last_second(tmp_path, seed, after
     flight.fly_until(1.0)
     path = tmp_path / "flight.tlog"
     recorder = subprocess.Popen(
-        [sys.executable, "-m", "ground.cli", "--link", f"udpin:127.0.0.1:{flight.send_to}", "record", str(path)],
+        [sys.executable, "-c", "import sys; from ground.cli import main; sys.exit(main())",
+         "--link", f"udpin:127.0.0.1:{flight.send_to}", "record", str(path)],
         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     while not path.exists() or not path.stat().st_size:
+        assert recorder.poll() is None
         time.sleep(0.05)
     begun_s = flight.shown_s
     flight.fly_until(begun_s + 5.0)
