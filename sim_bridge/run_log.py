@@ -112,7 +112,8 @@ class RunLog:
         try:
             self._write_about()
         except OSError as error:
-            self._notice(f"log {self.folder}: {RUN} stays as it was before the flight: {error.strerror}")
+            if not self.ended:  # else it was said
+                self._notice(f"log {self.folder}: {RUN} stays as it was before the flight: {error.strerror}")
 
     def _commit(self) -> None:
         files = self._files

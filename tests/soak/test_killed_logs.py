@@ -54,9 +54,8 @@ def test_a_killed_recording_is_there_up_to_the_last_second(tmp_path, seed, after
     while not path.exists() or not path.stat().st_size:
         assert recorder.poll() is None
         time.sleep(0.05)
-    begun_s = flight.shown_s
-    flight.fly_until(begun_s + 5.0)
-    time.sleep(after_s)
+    time.sleep(3.0 + after_s)
+    killed_at = time.time()
     recorder.kill()
     recorder.wait()
     flight.process.kill()
@@ -65,7 +64,7 @@ def test_a_killed_recording_is_there_up_to_the_last_second(tmp_path, seed, after
     assert kite_ground(["plot", str(path), "--out", str(tmp_path / "flight.png")]) == 0
     assert kite_ground(["log", "export", str(path), "--out", str(tmp_path / "flight.csv")]) == 0
     times = [float(line.split(",")[0]) for line in (tmp_path / "flight.csv").read_text().splitlines()[1:]]
-    assert times[-1] - times[0] >= 4.0 - 1.2
+    assert killed_at - times[-1] < 1.2 and times[-1] - times[0] > 1.0
 
 
 @pytest.mark.parametrize("victim", ["bridge", "firmware"])
@@ -102,8 +101,8 @@ def test_a_full_disk_does_not_end_the_flight(tmp_path, capsys, room_kb):
         flight = FlightProcess(disk / "log", "--duration", "40", "--speed", "8", setup=limit)
         flight.fly_until(2.0)
         code, said = flight.end()
-        assert code == 0 and flight.shown_s == 39.0, (said, flight.lines)
-        assert len(said.splitlines()) <= 2 and "the flight goes on" in said, said
+        assert code == 0 and flight.shown_s >= 39.0, (said, flight.lines)
+        assert len(said.splitlines()) == 1 and "the flight goes on" in said, said
         numbers = repeats(flight.folder, capsys, 2.0)
         assert numbers["cut"]
         assert (flight.folder / "notes.txt").read_text() == MINE
