@@ -58,8 +58,9 @@ def test_a_killed_recording_is_there_up_to_the_last_second(tmp_path, seed, after
     killed_at = time.time()
     recorder.kill()
     recorder.wait()
+    firmware = flight.firmware()
     flight.process.kill()
-    os.kill(flight.firmware(), signal.SIGKILL)
+    os.kill(firmware, signal.SIGKILL)
     flight.end()
     assert kite_ground(["plot", str(path), "--out", str(tmp_path / "flight.png")]) == 0
     assert kite_ground(["log", "export", str(path), "--out", str(tmp_path / "flight.csv")]) == 0
