@@ -19,8 +19,8 @@ class FlightTable(NamedTuple):
     selected: Array  # True in the described phase
 
 
-def read_table(path: Path, description: ColumnDescription) -> FlightTable:
-    """Read the columns that `description` names.
+def read_table(path: Path, description: ColumnDescription, whole_lines: bool = False) -> FlightTable:
+    """Read the columns that `description` names; with `whole_lines` a last line that was cut off is left out.
 
     Raises:
         FlightDataError: no such file, not a CSV, columns missing, a value that is no number, no rows.
@@ -28,7 +28,8 @@ def read_table(path: Path, description: ColumnDescription) -> FlightTable:
     try:
         opener = gzip.open if path.suffix == ".gz" else open
         with opener(path, "rt", newline="", encoding="utf-8") as file:
-            table = _read(csv.DictReader(file), description, path)
+            lines = (line for line in file if line.endswith("\n") or not whole_lines)
+            table = _read(csv.DictReader(lines), description, path)
     except (OSError, EOFError, UnicodeDecodeError, csv.Error) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
         raise FlightDataError(f"{path}: {reason}") from error

@@ -26,5 +26,6 @@ def read_record(source: Path, columns: Path | None = None) -> FlightRecord:
         if columns:
             raise FlightDataError(f"{source}: a tlog has no columns to describe")
         return read_tlog_record(source)
-    description = load_description(columns or (SIMULATED_RUN if source.name == _TRUTH else PUBLIC_FLIGHT))
-    return record_from_table(read_table(source, description), description, str(source))
+    is_truth = source.name == _TRUTH  # of a run that may have been killed in the middle of a line
+    description = load_description(columns or (SIMULATED_RUN if is_truth else PUBLIC_FLIGHT))
+    return record_from_table(read_table(source, description, whole_lines=is_truth), description, str(source))

@@ -28,6 +28,11 @@ def frame_length(start: bytes | bytearray) -> int:
     return start[1] + (25 if start[2] & _SIGNED else 12)
 
 
+def tlog_entry(time_us: int, frame: bytes) -> bytes:
+    """What a tlog holds of one whole `frame`, received or sent `time_us` microseconds after 1970 (UTC)."""
+    return _STAMP.pack(time_us) + frame
+
+
 class TlogWriter:
     """Writes a tlog to `path`, as a context manager.
 
@@ -40,7 +45,7 @@ class TlogWriter:
 
     def write(self, time_us: int, frame: bytes) -> None:
         """Append one whole MAVLink frame, received or sent `time_us` microseconds after 1970 (UTC)."""
-        self._file.write(_STAMP.pack(time_us) + frame)
+        self._file.write(tlog_entry(time_us, frame))
 
     def flush(self) -> None:
         """Hand everything written so far to the operating system."""

@@ -1,6 +1,7 @@
 """The command `kite-sitl`: fly simulated kites with the real firmware, look at the result, compare."""
 
 import argparse
+import os
 import signal
 import sys
 from collections.abc import Sequence
@@ -14,9 +15,11 @@ from sim_bridge.boards.cli import add_board_verbs
 from sim_bridge.boards.image import BoardError
 from sim_bridge.design import add_design_verb
 from sim_bridge.identify import add_identify_verb
-from sim_bridge.option_types import positive
+from sim_bridge.notice import DISK_TROUBLE
+from sim_bridge.option_types import not_negative, positive
 from sim_bridge.reality.page import add_reality_verb
-from sim_bridge.run import RUNTIMES
+from sim_bridge.rerun import add_rerun_verb
+from sim_bridge.run import FOREVER_LIMIT_MB, RUNTIMES
 from sim_bridge.runtimes.interface import FirmwareError
 from sim_bridge.scenario import ScenarioError
 from sim_bridge.scenario_keys import PLANTS
@@ -39,11 +42,7 @@ def _parser() -> argparse.ArgumentParser:
     keys.set_defaults(do=commands.list_keys)
 
     _add_run(verbs)
-    rerun = verbs.add_parser(
-        "rerun", help="fly a logged run again and compare it to the bit",
-        description="Fly the run logged in DIR again, what ground stations sent included. Exit 1 if a number differs.")
-    rerun.add_argument("folder", metavar="DIR", help="a folder that `run --log` wrote")
-    rerun.set_defaults(do=commands.rerun)
+    add_rerun_verb(verbs)
 
     paper = verbs.add_parser("paper", help="make the paper's figures and a table of their numbers")
     paper.add_argument("--out", metavar="DIR", default="paper", help="folder to write into (default: paper)")
@@ -73,7 +72,7 @@ def _parser() -> argparse.ArgumentParser:
     add_design_verb(verbs)
     add_identify_verb(verbs)
     add_board_verbs(verbs)
-    for verb in (listing, keys, rerun, paper, replay, bench):
+    for verb in (listing, keys, paper, replay, bench):
         verb.add_argument("--json", action="store_true", help="print JSON for a script")
     return parser
 
@@ -81,7 +80,9 @@ def _parser() -> argparse.ArgumentParser:
 def _add_run(verbs: Any) -> None:
     run = verbs.add_parser(
         "run", help="fly a scenario", formatter_class=argparse.RawDescriptionHelpFormatter,
-        description="Fly a scenario by its name, or from a TOML file by its path.",
+        description="Fly a scenario by its name, or from a TOML file by its path.\n\n"
+        "With --log the flight is recorded as it goes, up to the last second whatever ends it; a full disk ends the\n"
+        "log and not the flight. `kite-sitl rerun DIR` flies it again.",
         epilog=f"verdict: {RULE}\n\nexamples:\n"
         "  kite-sitl run paper-delay --json\n"
         "  kite-sitl run paper-delay --param INNER_P=1.84 --plot\n"
@@ -120,7 +121,11 @@ def _add_flight(verb: argparse.ArgumentParser) -> None:
     length.add_argument("--forever", action="store_true", help="fly until Ctrl-C")
     verb.add_argument("--ground", action="store_true",
                       help="open the ground path: ground stations find the kite on UDP 127.0.0.1:14550")
-    verb.add_argument("--log", metavar="DIR", help="write the run log into this new folder")
+    verb.add_argument("--log", metavar="DIR",
+                      help="write the run log into this new folder, as the flight goes (see docs/run-log.md)")
+    verb.add_argument("--log-limit", type=not_negative, metavar="MB",
+                      help="keep the log below this size: its oldest part goes when there is more; 0 is no limit "
+                      f"(default: {FOREVER_LIMIT_MB:g} with --forever, else none)")
     verb.add_argument("--status", action="store_true", help="a status line each second of flight")
     verb.add_argument("--plot", nargs="?", const="", metavar="FILE",
                       help="plot the flight (default: NAME.png here, or in the run log's folder)")
@@ -132,7 +137,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # end as cleanly as on Ctrl-C
     try:
-        return options.do(options)
+        code = options.do(options)
+        sys.stdout.flush()
+        return code
     except (ScenarioError, FlightDataError, FirmwareError, ExtraMissingError, BoardError) as error:
         print(f"kite-sitl: {error}", file=sys.stderr)
         return 2
@@ -141,6 +148,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         sys.stderr.close()  # whoever read us has had enough
         return 0
+    except OSError as error:
+        if error.errno not in DISK_TROUBLE:
+            raise
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what is left could not be written either
+        print(f"kite-sitl: cannot write the output: {error.strerror}", file=sys.stderr)
+        return 2
 
 
 if __name__ == "__main__":

@@ -13,11 +13,10 @@ from sim_bridge.bench_micropython import bench_micropython
 from sim_bridge.flight import COLUMNS, Flight
 from sim_bridge.hil import fly_board
 from sim_bridge.judgement import MODE_UNKNOWN
-from sim_bridge.notice import notice
+from sim_bridge.notice import notice, say
 from sim_bridge.paper import make_paper
 from sim_bridge.replay import play, plot_replay
-from sim_bridge.run import RecordedGround, RunOptions, RunResult, run_scenario
-from sim_bridge.run_log import format_row, read_run
+from sim_bridge.run import RunOptions, RunResult, run_scenario
 from sim_bridge.scenario import Scenario, ScenarioError, load_scenario, scenario_names
 from sim_bridge.scenario_keys import KEYS
 from sim_bridge.scenario_options import scenario_of
@@ -51,7 +50,7 @@ def run(options: Namespace) -> int:
     """`kite-sitl run`."""
     scenario = scenario_of(options, notice)
     result = run_scenario(scenario, _run_options(options, scenario), notice=notice)
-    _report(result, options.json)
+    report(result, options.json)
     _keep(result, options)
     return 0
 
@@ -65,7 +64,7 @@ def hil(options: Namespace) -> int:
     if options.json:
         print(json.dumps(result.numbers | board))
     else:
-        _report(result, False)
+        report(result, False)
         if board["board_delay_s"] is not None:
             print(f"the board itself takes {1000 * board['board_delay_s']:.1f} ms from sample to steering, up to "
                   f"{1000 * board['board_jitter_s']:.1f} ms more; {1000 * board['delay_emulated_s']:.1f} ms were "
@@ -83,7 +82,7 @@ def _run_options(options: Namespace, scenario: Scenario) -> RunOptions:
               f"{scenario['ground.listen']}", flush=True)
     return RunOptions(
         options.runtime, options.speed, options.ground, options.forever, Path(options.log) if options.log else None,
-        _print_status if options.status else None)
+        _print_status if options.status else None, log_limit_mb=options.log_limit)
 
 
 def _keep(result: RunResult, options: Namespace) -> None:
@@ -91,30 +90,11 @@ def _keep(result: RunResult, options: Namespace) -> None:
     log = Path(options.log) if options.log else None
     if log and not options.json:
         again = "" if result.real_time else f"   (again: kite-sitl rerun {log})"
-        print(f"log: {log}{again}")
+        upto = f", up to {result.log_until_s:.1f} s" if result.log_until_s is not None else ""
+        print(f"log: {log}{upto}{again}")
     if options.plot is not None and result.flight.rows:
         name = f"{result.flight.scenario.name}.png"
         _save_flight(result, Path(options.plot) if options.plot else log / name if log else Path(name))
-
-
-def rerun(options: Namespace) -> int:
-    """`kite-sitl rerun`: 0 if the run came out the same to the bit."""
-    folder = Path(options.folder)
-    content, scenario, datagrams = read_run(folder)
-    if content["real_time"]:
-        raise ScenarioError(f"{folder}: flown in real time, which cannot be repeated to the bit; "
-                            "only runs in lockstep can")
-    scenario.set("run.duration_s", content["result"]["sim_s"], str(folder))
-    period_s = 1.0 / scenario.parameter("LOOP_HZ")
-    recorded = RecordedGround(datagrams, period_s) if datagrams else None
-    result = run_scenario(scenario, RunOptions(content["runtime"]), recorded, notice=notice)
-    difference = _first_difference(folder / "truth.csv", result.flight)
-    if options.json:
-        print(json.dumps(result.numbers | {"same": difference is None, "difference": difference}))
-    else:
-        _report(result, False)
-        print("the same to the bit" if difference is None else f"NOT the same: {difference}")
-    return 0 if difference is None else 1
 
 
 def paper(options: Namespace) -> int:
@@ -199,12 +179,13 @@ def _print_status(flight: Flight) -> None:
     cross_track, turning = flight.recent_errors(10.0)
     mode = _MODES[int(row["mode"])]
     warning = "  UNSTABLE: lower INNER_P" if mode == "TRACK" and turning > UNSTABLE_TURNING_ANGLE else ""
-    print(f"{row['time_s']:6.0f} s  {mode:7}  cross-track {math.degrees(cross_track):5.2f} deg  "
-          f"turning angle {math.degrees(turning):6.1f} deg (RMS of 10 s)  steering {row['steering']:+.3f}  "
-          f"overruns {flight.overruns}{warning}", flush=True)
+    say(f"{row['time_s']:6.0f} s  {mode:7}  cross-track {math.degrees(cross_track):5.2f} deg  "
+        f"turning angle {math.degrees(turning):6.1f} deg (RMS of 10 s)  steering {row['steering']:+.3f}  "
+        f"overruns {flight.overruns}{warning}")
 
 
-def _report(result: RunResult, as_json: bool) -> None:
+def report(result: RunResult, as_json: bool) -> None:
+    """Print the numbers of a flight, for a person or a script."""
     numbers = result.numbers
     if as_json:
         print(json.dumps(numbers))
@@ -232,16 +213,3 @@ def _save_flight(result: RunResult, path: Path) -> None:
     except (OSError, ValueError) as error:
         raise ScenarioError(f"--plot {path}: {error}") from error
     notice(f"plot: {path}")
-
-
-def _first_difference(path: Path, flight: Flight) -> str | None:
-    """Where the truth of `flight` first differs from a logged one, or None."""
-    logged = path.read_text("ascii").splitlines(keepends=True)[1:]
-    for tick, (row, line) in enumerate(zip(flight.rows, logged, strict=False)):
-        if format_row(row) != line:
-            pairs = zip(COLUMNS, row, line.strip().split(","), strict=False)
-            name, now, then = next(pair for pair in pairs if repr(pair[1]) != pair[2])
-            return f"tick {tick}, {name}: {now!r} now, {then} logged"
-    if len(logged) != len(flight.rows):
-        return f"{len(flight.rows)} ticks now, {len(logged)} logged"
-    return None

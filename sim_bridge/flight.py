@@ -42,6 +42,7 @@ class TickRecord(NamedTuple):
     datagrams: list[bytes]
     output: TickOutput
     heard: list[bytes]  # frames that reached the ground stations
+    row: tuple[float, ...] | None  # of the truth, if this tick has one
 
 
 class Flight:
@@ -112,10 +113,9 @@ class Flight:
         if output.state:
             self._state = output.state
             self.overruns = output.state[14]
-        if flying:
-            self._record(time_s, truth)
+        row = self._record(time_s, truth) if flying else None
         if self._watch:
-            self._watch(TickRecord(tick, time_s, samples, datagrams, output, heard))
+            self._watch(TickRecord(tick, time_s, samples, datagrams, output, heard, row))
         self.tick += 1
         self._advance(time_s, self.time_s, flying)
 
@@ -176,14 +176,16 @@ class Flight:
             self._stations.send(heard)
         return heard
 
-    def _record(self, time_s: float, truth: Truth) -> None:
+    def _record(self, time_s: float, truth: Truth) -> tuple[float, ...]:
         state = self._state or _NO_STATE
         azimuth, elevation = _angles(truth)
         air = self._wind.air
-        self.rows.append((
+        row = (
             time_s, azimuth, elevation, truth.course, truth.heading, truth.airspeed,
             self.actuator.position, state[5], state[10], state[11], state[12], self._judge.steering_asked, state[16],
-            self._judge.mode(time_s), truth.distance, truth.tether_force, air.speed_m_s * air.gust, air.direction_rad))
+            self._judge.mode(time_s), truth.distance, truth.tether_force, air.speed_m_s * air.gust, air.direction_rad)
+        self.rows.append(row)
+        return row
 
     def _advance(self, start_s: float, end_s: float, flying: bool) -> None:
         """Fly from one tick to the next, with each steering command felt at its exact time."""

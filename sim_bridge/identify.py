@@ -15,7 +15,7 @@ from analysis.plots import new_figure, save
 from analysis.record_source import read_record
 from analysis.turning_rate_fit import LawFit, identify_law
 from sim_bridge.option_types import not_negative
-from sim_bridge.run_log import read_run
+from sim_bridge.run_log_reader import read_scenario
 
 _DESCRIPTION = """\
 Fit the turning-rate law and the steering actuator to a flight:
@@ -93,7 +93,7 @@ def _transport(source: Path, options: Namespace) -> bool | None:
     if options.no_transport:
         return False
     if source.is_dir() and (source / "run.json").exists():
-        return bool(read_run(source)[1]["plant.transport"])
+        return bool(read_scenario(source)["plant.transport"])
     return None
 
 

@@ -13,17 +13,22 @@ from sim_bridge.link_emulation import link_settings
 from sim_bridge.plants.choice import warm_up
 from sim_bridge.run_log import RunLog
 from sim_bridge.runtimes.inproc import InprocRuntime
-from sim_bridge.runtimes.interface import FirmwareError, Runtime
+from sim_bridge.runtimes.interface import Runtime
 from sim_bridge.runtimes.process import ProcessRuntime, micropython_command
 from sim_bridge.runtimes.real_time import HilRuntime, RealTimeRuntime
 from sim_bridge.scenario import Scenario, ScenarioError
 
 RUNTIMES = ("inproc", "cpython", "micropython")
+FOREVER_LIMIT_MB = 500.0  # of a log, for a flight that nobody may ever end: some five hours
 
 
 @dataclass
 class RunOptions:
-    """How a scenario is flown. `speed` is simulated over wall time; 1 is real time, infinity as fast as it goes."""
+    """How a scenario is flown. `speed` is simulated over wall time; 1 is real time, infinity as fast as it goes.
+
+    `until_s` ends the flight there and not after run.duration_s. `log_limit_mb` is the most that the log may take, 0
+    for no limit.
+    """
 
     runtime: str = "inproc"
     speed: float = math.inf
@@ -31,16 +36,27 @@ class RunOptions:
     forever: bool = False
     log: Path | None = None
     on_second: Callable[[Flight], None] | None = None
+    until_s: float | None = None
+    log_limit_mb: float | None = None
+
+    def log_limit_bytes(self) -> float:
+        """The most that the log may take."""
+        default = FOREVER_LIMIT_MB if self.forever else 0.0
+        return 1e6 * (default if self.log_limit_mb is None else self.log_limit_mb) or math.inf
 
 
 @dataclass
 class RunResult:
-    """A flight that has ended, and its numbers as `kite-sitl run --json` prints them."""
+    """A flight that has ended, and its numbers as `kite-sitl run --json` prints them.
+
+    `log_until_s` is where its log ends, if that is before the flight's end.
+    """
 
     flight: Flight
     numbers: dict[str, Any]
     interrupted: bool
     real_time: bool
+    log_until_s: float | None = None
 
 
 def make_runtime(name: str, real_time: bool, keep_frames: bool, notice: Callable[[str], None] = print) -> Runtime:
@@ -63,36 +79,44 @@ def run_scenario(scenario: Scenario, options: RunOptions, recorded: Any = None, 
     """
     if options.ground and options.runtime == "inproc":
         raise ScenarioError("--ground: ground stations need a firmware with a wire: --runtime cpython")
-    stations = GroundSocket(scenario) if options.ground else None
-    log = None
+    stations = log = None
     try:
-        log = RunLog(options.log) if options.log else None
+        stations = GroundSocket(scenario) if options.ground else None
+        log = RunLog(options.log, notice, options.log_limit_bytes()) if options.log else None
         warm_up(scenario, notice)
         runtime = runtime or make_runtime(options.runtime, options.speed == 1, log is not None, notice)
+        real_time = isinstance(runtime, RealTimeRuntime | HilRuntime)
         ground = recorded
         if stations:
             period_s = 1.0 / scenario.parameter("LOOP_HZ")
             ground = GroundLink(link_settings(scenario, "ground", period_s), scenario["run.seed"])
-        try:
-            flight = Flight(scenario, runtime, ground, stations, log.watch if log else None)
-            runtime.start()
-            wall_s, interrupted = _fly(flight, options)
-        finally:
-            runtime.stop()
-    except (ScenarioError, FirmwareError):
+        flight = Flight(scenario, runtime, ground, stations, log.watch if log else None)
         if log:
-            log.discard()
+            log.begin(scenario, {"runtime": runtime.name, "speed": str(options.speed), "real_time": real_time,
+                                 "ground": ground is not None})
+        runtime.start()
+        wall_s, interrupted = _fly(flight, options)
+        numbers = sum_up(flight, wall_s)
+        if log:
+            ended = "interrupted" if interrupted else flight.trouble or "as planned"
+            log.finish(ended, {"interrupted": interrupted, "result": numbers})
+    except BaseException as error:
+        if log:
+            _leave_log(log, error, notice)
         raise
     finally:
+        if runtime:
+            runtime.stop()
         if stations:
             stations.close()
-    numbers = sum_up(flight, wall_s)
-    real_time = isinstance(runtime, RealTimeRuntime | HilRuntime)
-    if log:
-        log.finish(scenario, flight.rows, {
-            "runtime": flight.runtime.name, "speed": str(options.speed), "real_time": real_time,
-            "ground": options.ground, "interrupted": interrupted, "result": numbers})
-    return RunResult(flight, numbers, interrupted, real_time)
+    return RunResult(flight, numbers, interrupted, real_time, log.recorded_s if log and log.ended else None)
+
+
+def _leave_log(log: RunLog, error: BaseException, notice: Callable[[str], None]) -> None:
+    """The flight failed: its log stays, with what there is."""
+    log.finish(str(error) or type(error).__name__, {"interrupted": isinstance(error, KeyboardInterrupt)})
+    if log.recorded_s:
+        notice(f"log: {log.folder}, up to {log.recorded_s:.1f} s")
 
 
 def sum_up(flight: Flight, wall_s: float) -> dict[str, Any]:
@@ -109,7 +133,8 @@ def sum_up(flight: Flight, wall_s: float) -> dict[str, Any]:
 
 def _fly(flight: Flight, options: RunOptions) -> tuple[float, bool]:
     """Fly to the end, or until Ctrl-C; return the wall time from t = 0 on, and whether it was Ctrl-C."""
-    end_s = math.inf if options.forever else flight.scenario["run.duration_s"]
+    end_s = flight.scenario["run.duration_s"] if options.until_s is None else options.until_s
+    end_s = math.inf if options.forever else end_s
     paced = options.speed if math.isfinite(options.speed) else 0.0
     runtime = flight.runtime
     if isinstance(runtime, RealTimeRuntime | HilRuntime):

@@ -72,19 +72,29 @@ class Scenario:
             raise ScenarioError(f"{where}: {key} is for the plant {' or '.join(plants)}, and {kind} flies here")
 
     def to_dict(self) -> dict[str, Any]:
-        """All of it, for a run log."""
-        return {"name": self.name, "values": dict(self.values), "parameters": dict(self.parameters)}
+        """All of it, defaults included, for a run log; `set` names the parameters that are set, if to their default."""
+        parameters = {name: self.parameter(name) for name, entry in load_parameters().items() if not entry.read_only}
+        return {"name": self.name, "values": dict(self.values), "parameters": parameters, "set": list(self.parameters)}
 
     @classmethod
     def from_dict(cls, content: dict[str, Any], where: str) -> "Scenario":
-        """The inverse of `to_dict`."""
+        """The inverse of `to_dict`, also where the defaults were others then.
+
+        Raises:
+            ScenarioError: it is none, or holds what this version does not know.
+        """
         try:
             scenario = cls(str(content["name"]))
             for key, value in content["values"].items():
                 if value is not None:
                     scenario.set(key, value, where)
-            for name, value in content["parameters"].items():
-                scenario.set_parameter(name, value, where)
+                elif key in KEYS and KEYS[key].default is None:
+                    scenario.values[key] = None
+            parameters = content["parameters"]
+            given = content.get("set", parameters)
+            for name, value in parameters.items():
+                if name in given or name not in load_parameters() or value != scenario.parameter(name):
+                    scenario.set_parameter(name, value, where)
         except (KeyError, TypeError, AttributeError) as error:
             raise ScenarioError(f"{where}: not a scenario: {error}") from error
         return scenario

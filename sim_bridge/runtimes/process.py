@@ -13,6 +13,7 @@ from sim_bridge.runtimes.interface import FirmwareError
 from sim_bridge.runtimes.wired import SILENCE_S, WireRuntime
 
 HEAP = "heapsize=192k"
+_LOOK_S = 0.2  # how often it is looked whether the process still lives
 
 
 def micropython_command() -> str | None:
@@ -70,12 +71,14 @@ class ProcessRuntime(WireRuntime):
             self._socket.sendto(datagram, self._peer)
 
     def _receive(self, deadline: float, when: str) -> bytes:
-        while time.monotonic() < deadline:
-            self._socket.settimeout(0.2)
+        while True:
+            self._socket.settimeout(_LOOK_S)
             try:
                 data, peer = self._socket.recvfrom(65536)
             except TimeoutError:
                 self._check_alive(when)
+                if time.monotonic() >= deadline:
+                    break
                 continue
             self._peer = peer
             return data

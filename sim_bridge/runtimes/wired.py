@@ -7,7 +7,7 @@ from sim_bridge.runtimes.interface import LEAD_IN_S, FirmwareError, Message, Tic
 from sim_bridge.sensors import Sample
 from sim_bridge.wire import BridgeCodec, in_datagrams, wire_values
 
-SILENCE_S = 10.0
+SILENCE_S = 20.0  # a suspended process may come back
 _REPLIES = frozenset(("PARAM_VALUE", "PARAM_ERROR", "COMMAND_ACK", "STATUSTEXT"))
 
 

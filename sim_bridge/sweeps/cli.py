@@ -12,6 +12,7 @@ from analysis.metrics import RULE, VERDICTS
 from analysis.plots import new_figure, save
 from sim_bridge.notice import notice
 from sim_bridge.option_types import count, positive
+from sim_bridge.provenance import wind_fingerprint
 from sim_bridge.scenario import Scenario, ScenarioError
 from sim_bridge.scenario_options import scenario_of
 from sim_bridge.sweeps.axes import Axis, apply, grid, parse_axis, random_sample
@@ -29,9 +30,10 @@ def add_sweep_verb(verbs: Any) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
         description="Fly a scenario over a grid of values, or with --runs over a random sample of them, on all cores.\n"
         "Run number n flies with the seed run.seed + n. Results go into a CSV file, a line a run; the same command\n"
-        "goes on where a killed sweep stopped.",
+        "goes on where a sweep was killed or the disk was full. Runs of other code, other defaults or another wind do\n"
+        "not get into the same file unless you say so.",
         epilog=f"verdict: {RULE}\n  refused       it could not be flown; `trouble` says why\n\n"
-        "values: FIRST:LAST:COUNT, FIRST:LAST:COUNT:log, or A,B,C\nexamples:\n"
+         "values: FIRST:LAST:COUNT, FIRST:LAST:COUNT:log, or A,B,C\nexamples:\n"
         "  kite-sitl sweep paper-delay-tuned --over param.INNER_P=1:10:20 --over link.control.delay_s=.1:.5:5 --plot\n"
         "  kite-sitl sweep v3-flight --over wind.turbulence_intensity=0:0.3:2 --over param.INNER_P=1:3:2 --runs 99\n"
         "  kite-sitl sweep small-kite --over run.seed=1,2,3,4 --scheduler tcp://10.0.0.7:8786")
@@ -44,6 +46,8 @@ def add_sweep_verb(verbs: Any) -> None:
     sweep.add_argument("--seed", type=int, help="seed of the sweep: of the sample, and of the first run (run.seed)")
     sweep.add_argument("--duration", type=positive, metavar="S", help="length of each flight (run.duration_s)")
     sweep.add_argument("--out", metavar="CSV", help="file of results (default: NAME-sweep.csv here)")
+    sweep.add_argument("--other-code", action="store_true",
+                       help="go on although other code flew the runs that are there; the column code tells them apart")
     sweep.add_argument("--jobs", type=count, metavar="N", help="processes at a time (default: one for each core)")
     sweep.add_argument("--scheduler", metavar="tcp://HOST:PORT", help="a Dask scheduler whose workers fly instead")
     sweep.add_argument("--plot", nargs="?", const="", metavar="FILE",
@@ -60,8 +64,11 @@ def sweep_command(options: Namespace) -> int:
         new_figure()  # says now, and not after an hour, if there is no matplotlib
     points = random_sample(axes, options.runs, base["run.seed"]) if options.runs else grid(axes)
     scenarios = [_scenario_of_run(base, axes, values, run) for run, values in enumerate(points)]
-    plan = {"scenario": base.to_dict(), "over": options.over, "runs": options.runs or 0}
-    results = Results(Path(options.out or f"{base.name}-sweep.csv"), plan, [axis.key for axis in axes])
+    winds = sorted({scenario["wind.file"] for scenario in scenarios} - {""})
+    plan = {"scenario": base.to_dict(), "over": options.over, "runs": options.runs or 0,
+            "wind": {path: wind_fingerprint(path) for path in winds}}
+    results = Results(Path(options.out or f"{base.name}-sweep.csv"), plan, [axis.key for axis in axes],
+                      options.other_code)
     try:
         interrupted = _fly(options, axes, points, scenarios, results)
     finally:
@@ -82,7 +89,8 @@ def _fly(options: Namespace, axes: list[Axis], points: list[tuple[str, ...]], sc
     """Fly what is not there yet; True after Ctrl-C."""
     missing = [run for run in range(len(points)) if run not in results.rows]
     if len(missing) < len(points):
-        notice(f"{len(points) - len(missing)} of {len(points)} runs are there already")
+        other = f", {results.flown_by_other_code} of them by other code" if results.flown_by_other_code else ""
+        notice(f"{len(points) - len(missing)} of {len(points)} runs are there already{other}")
     try:
         with make_executor(options.jobs, options.scheduler) as executor, \
                 tqdm(total=len(points), initial=len(points) - len(missing), unit="run",

@@ -8,14 +8,21 @@ from contextlib import contextmanager
 from typing import Any
 
 from analysis.extras import ExtraMissingError
+from sim_bridge.fingerprint import code_fingerprint
 from sim_bridge.run import RunOptions, run_scenario
 from sim_bridge.runtimes.interface import FirmwareError
 from sim_bridge.scenario import Scenario, ScenarioError
 from sim_bridge.sweeps.results import METRICS
 
 
-def fly_run(run: int, content: dict[str, Any]) -> dict[str, Any]:
-    """Fly run number `run`; return its row but for the axes' values. What cannot be flown is a result, too."""
+def fly_run(run: int, content: dict[str, Any], code: str) -> dict[str, Any]:
+    """Fly run number `run`; return its row but for the axes' values. What cannot be flown is a result, too.
+
+    Raises:
+        ScenarioError: the code here is not that of the fingerprint `code`.
+    """
+    if code_fingerprint() != code:
+        raise ScenarioError("the workers of the cluster have other code than this machine: install the same on all")
     scenario = Scenario.from_dict(content, f"run {run}")
     row: dict[str, Any] = {"run": run, "seed": scenario["run.seed"], **dict.fromkeys(METRICS, "")}
     try:
@@ -56,7 +63,7 @@ def make_executor(jobs: int | None, scheduler: str | None) -> Iterator[Executor]
 def fly_all(executor: Executor, runs: Sequence[tuple[int, dict[str, Any]]], take: Callable[[dict[str, Any]], None]
             ) -> None:
     """Fly `runs` (number, scenario as a dictionary) and give `take` each row as it comes in."""
-    futures = [executor.submit(fly_run, number, content) for number, content in runs]
+    futures = [executor.submit(fly_run, number, content, code_fingerprint()) for number, content in runs]
     try:
         for future in as_completed(futures):
             take(future.result())

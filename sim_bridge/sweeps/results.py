@@ -1,11 +1,14 @@
 """The results of a sweep: a CSV file that grows run by run, and from which a killed sweep goes on."""
 
 import csv
+import io
 import json
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from sim_bridge.fingerprint import code_fingerprint
 from sim_bridge.scenario import ScenarioError
 
 METRICS = (
@@ -13,39 +16,62 @@ METRICS = (
     "saturated_fraction", "sim_s", "trouble",
 )
 _PLAN = "# "
+_CODE = "code"  # column: the fingerprint of the code that flew a run
 
 
 class Results:
-    """Rows by run number. The file's first line holds the plan, so that another sweep cannot go on in it."""
+    """Rows by run number. The file's first line holds the plan, so that another sweep cannot go on in it.
 
-    def __init__(self, path: Path, plan: dict[str, Any], keys: Sequence[str]):
+    What is in the file stays as it is while the sweep goes on: rows are added at its end, and a file with other
+    contents only takes its place when it is whole. `other_code` lets a sweep go on that other code began.
+
+    Raises:
+        ScenarioError: the file cannot be used, or holds another sweep's runs, or other code's.
+    """
+
+    def __init__(self, path: Path, plan: dict[str, Any], keys: Sequence[str], other_code: bool = False):
         self.path = path
-        self.columns = ["run", "seed", *keys, *METRICS]
+        self.columns = ["run", "seed", *keys, *METRICS, _CODE]
         self.rows: dict[int, dict[str, str]] = {}
+        self.flown_by_other_code = 0
         self._plan = _PLAN + json.dumps(plan, sort_keys=True)
+        self._code = code_fingerprint()
         try:
             if path.exists():
                 self._read()
+                self._check_code(other_code)
             else:
                 path.parent.mkdir(parents=True, exist_ok=True)
-            self._write(path)
-            self._file = path.open("a", newline="", encoding="utf-8")
+            self._replace()  # without a line that was being written, and with its head if it is new
+            self._file = path.open("ab", buffering=0)
         except OSError as error:
-            raise ScenarioError(f"{path}: {error.strerror}") from error
-        self._writer = csv.DictWriter(self._file, self.columns)
+            raise self._cannot_write(error) from error
+        self._size = path.stat().st_size
 
     def add(self, row: dict[str, Any]) -> None:
-        """Take the row of a run that has ended, and have it on disk."""
-        self.rows[row["run"]] = {column: str(row[column]) for column in self.columns}
-        self._writer.writerow(self.rows[row["run"]])
-        self._file.flush()
+        """Take the row of a run that has ended, and have it on disk.
+
+        Raises:
+            ScenarioError: the disk is full; what was there before still is.
+        """
+        row = row | {_CODE: self._code}
+        taken = {column: str(row[column]) for column in self.columns}
+        line = _csv_lines(self.columns, [taken])
+        try:
+            left = memoryview(line)
+            while left:  # a disk that fills up takes a part first
+                left = left[self._file.write(left) :]
+        except OSError as error:
+            self._file.truncate(self._size)
+            raise self._cannot_write(error) from error
+        self._size += len(line)
+        self.rows[row["run"]] = taken
 
     def close(self) -> None:
-        """Leave the file with its rows in order."""
+        """Leave the file with its rows in order; if there is no room for a copy, in the order in which they ended."""
         self._file.close()
-        ordered = self.path.with_name(self.path.name + ".new")
-        self._write(ordered)
-        ordered.replace(self.path)
+        with suppress(OSError):
+            self._replace()
 
     def _read(self) -> None:
         lines = self.path.read_text("utf-8").splitlines(keepends=True)
@@ -53,12 +79,37 @@ class Results:
             raise ScenarioError(f"{self.path}: holds something else than this sweep; name another file with --out")
         complete = [line for line in lines[1:] if line.endswith("\n")]
         for row in csv.DictReader(complete):
-            if None not in row.values() and row["run"].isdigit():
+            if row.keys() == set(self.columns) and None not in row.values() and row["run"].isdigit():
                 self.rows[int(row["run"])] = row
 
-    def _write(self, path: Path) -> None:
-        with path.open("w", newline="", encoding="utf-8") as file:
-            file.write(self._plan + "\n")
-            writer = csv.DictWriter(file, self.columns)
-            writer.writeheader()
-            writer.writerows(self.rows[run] for run in sorted(self.rows))
+    def _check_code(self, other_code: bool) -> None:
+        self.flown_by_other_code = sum(row[_CODE] != self._code for row in self.rows.values())
+        if self.flown_by_other_code and not other_code:
+            raise ScenarioError(
+                f"{self.path}: {self.flown_by_other_code} of its runs were flown by other code: name another file with "
+                "--out, or go on with --other-code (the column code says which flew what)")
+
+    def _replace(self) -> None:
+        """Put a file with all rows in order into the place of the present one, in one step."""
+        new = self.path.with_name(self.path.name + ".new")
+        try:
+            with new.open("wb") as file:
+                rows = [self.rows[run] for run in sorted(self.rows)]
+                file.write(f"{self._plan}\n".encode() + _csv_lines(self.columns, rows, head=True))
+            new.replace(self.path)
+        except OSError:
+            new.unlink(missing_ok=True)
+            raise
+
+    def _cannot_write(self, error: OSError) -> ScenarioError:
+        there = f"; {len(self.rows)} runs are in it, and the same command goes on" if self.rows else ""
+        return ScenarioError(f"{self.path}: {error.strerror}{there}")
+
+
+def _csv_lines(columns: Sequence[str], rows: Sequence[dict[str, str]], head: bool = False) -> bytes:
+    text = io.StringIO(newline="")
+    writer = csv.DictWriter(text, columns)
+    if head:
+        writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue().encode()

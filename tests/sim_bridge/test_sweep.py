@@ -3,10 +3,12 @@
 import csv
 import json
 import os
+import resource
 import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 
 import pytest
 
@@ -51,21 +53,70 @@ def test_a_sweep_flies_what_single_runs_fly(whole):
     assert rows[2]["verdict"] == "tracking"
 
 
-def test_a_killed_sweep_goes_on_and_ends_with_the_same_file(whole, tmp_path, capsys):
-    path = tmp_path / "killed.csv"
+def killed_in_the_middle(path):
+    """What a sweep into `path` that was killed has left there."""
     command = [sys.executable, "-m", "sim_bridge.cli", *SWEEP, "--json", "--jobs", "1", "--out", str(path)]
-    process = subprocess.Popen(command, start_new_session=True)
-    while not path.exists() or path.read_text("utf-8").count("\n") < 4:
-        assert process.poll() is None, "it ended before it could be killed"
-        time.sleep(0.01)
-    os.killpg(process.pid, signal.SIGKILL)
-    process.wait()
-    there = path.read_text("utf-8")
-    assert 4 <= there.count("\n") < 8
-    path.write_text(there + "5,6,0.9", "utf-8")  # a line that was being written
+    while True:
+        process = subprocess.Popen(command, start_new_session=True, stdout=subprocess.DEVNULL)
+        while process.poll() is None and not (path.exists() and path.read_text("utf-8").count("\n") >= 4):
+            time.sleep(0.01)
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+        there = path.read_text("utf-8")
+        if 4 <= there.count("\n") < 8:
+            return there
+        path.unlink()  # it came to its end before it could be killed: again
+
+
+def test_a_killed_sweep_goes_on_and_ends_with_the_same_file(whole, tmp_path, capsys):
+    path, same_file = tmp_path / "killed.csv", tmp_path / "link.csv"
+    cut = killed_in_the_middle(path) + "5,6,0.9"  # a line that was being written
+    path.write_text(cut, "utf-8")
+    os.link(path, same_file)
     assert sweep("--out", path) == 0
     assert "are there already" in capsys.readouterr().err
     assert path.read_bytes() == whole.read_bytes()
+    assert same_file.read_text("utf-8") == cut  # going on never wrote over it: a kill then would have lost nothing
+
+
+def test_a_sweep_on_a_full_disk_ends_in_a_line_and_goes_on_with_room(whole, tmp_path):
+    path = tmp_path / "full.csv"
+    room = len(whole.read_bytes()) - 200  # short of the last two runs
+    flown = subprocess.run(
+        [sys.executable, "-m", "sim_bridge.cli", *SWEEP, "--json", "--jobs", "1", "--out", str(path)], check=False,
+        capture_output=True, text=True, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (room, room)))
+    assert flown.returncode == 2 and not flown.stdout
+    assert flown.stderr.splitlines() == [
+        f"kite-sitl: {path}: File too large; {len(rows_of(path))} runs are in it, and the same command goes on"]
+    assert 0 < len(rows_of(path)) < 6 and path.read_bytes().endswith(b"\r\n")
+    assert sweep("--out", path) == 0
+    assert path.read_bytes() == whole.read_bytes()
+
+
+def test_runs_of_other_code_are_not_mixed_in_unless_it_is_said(whole, tmp_path, capsys):
+    path = tmp_path / "other.csv"
+    lines = whole.read_text("utf-8").splitlines(keepends=True)
+    code = rows_of(whole)[0]["code"]
+    path.write_text("".join(lines[:4]).replace(code, "0123456789ab"), "utf-8")
+    before = path.read_bytes()
+    assert sweep("--out", path) == 2
+    assert "2 of its runs were flown by other code: name another file with --out" in capsys.readouterr().err
+    assert path.read_bytes() == before
+    assert sweep("--out", path, "--other-code") == 0
+    assert "2 of 6 runs are there already, 2 of them by other code" in capsys.readouterr().err
+    assert [row["code"] for row in rows_of(path)] == ["0123456789ab"] * 2 + [code] * 4
+
+
+def test_a_sweep_over_another_wind_of_the_same_name_is_another_sweep(tmp_path, capsys):
+    wind, path = tmp_path / "wind.csv", tmp_path / "out.csv"
+    command = ["sweep", "paper-no-delay", "--over", "run.seed=1,2", "--set", f"wind.file={wind}", "--duration", "2",
+               "--jobs", "1", "--json", "--out", str(path)]
+    wind.write_text("time_s,speed_m_s\n0,8\n")
+    assert cli.main(command) == 0
+    wind.write_text("time_s,speed_m_s\n0,9\n")
+    assert cli.main(command) == 2
+    assert "holds something else" in capsys.readouterr().err
 
 
 def test_a_dask_cluster_gives_the_same_numbers(whole, tmp_path):
