@@ -11,8 +11,8 @@ of J. H. Baayen (2012), s + P exp(-s tau) = 0, are left.
 Of what the loop remembers, only the wanted turning rate is needed over a dead time. It is held at Chebyshev nodes,
 along which it travels, and the eigenvalues of that finite system converge to the rightmost roots faster than any power
 of the number of nodes (the method of D. Breda, S. Maset and R. Vermiglio, "Pseudospectral differencing methods for
-characteristic roots of delay differential equations", 2005). Newton's method takes them to rounding, and the argument
-principle says whether all are there.
+characteristic roots of delay differential equations", 2005). Newton's method takes single ones to rounding, clusters
+are refined as a whole, and the argument principle says whether all are there.
 """
 
 import math
@@ -22,13 +22,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from analysis.root_clusters import ROUNDING, Cluster, ComplexArray, Expansion, clusters, refined
+
 Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 _NODES = (24, 48, 72)
 _MAP_NODES = 11
 _NEWTON_STEPS = 8
 _MOST_HALVINGS = 40
+_CLUSTER = 1e-3  # eigenvalues closer than this over tau' are refined together
+_LEAST_GAP = 1e-6  # between real parts, for a count between them, as a share of these
 
 
 class Loop(NamedTuple):
@@ -65,7 +68,7 @@ def rightmost_roots(loop: Loop, gains: Gains, count: int = 8) -> ComplexArray:
     """The `count` roots [1/s] that lie furthest right, or one more where that would part a pair; rightmost first.
 
     Fewer where the others lie so far left that rounding hides them (with P near 0 they go to minus infinity), but at
-    least one. A multiple root is given as often as it counts, to about the cube root of rounding where it is threefold.
+    least one. A multiple root is given as often as it counts; so are roots that rounding hides from each other.
 
     Raises:
         ValueError: the loop has no positive delay, or a gain is negative or not finite.
@@ -75,16 +78,23 @@ def rightmost_roots(loop: Loop, gains: Gains, count: int = 8) -> ComplexArray:
     best = np.zeros(0, dtype=complex)
     for nodes in _NODES:
         values = np.linalg.eigvals(_matrices(loop, gains.inner_p, gains.outer_l, nodes)).astype(np.complex128)
-        roots, next_real = _polished(loop, gains, values)
-        edge = _edge(np.append(roots.real, next_real), count)
-        found = roots[roots.real > edge]
-        if len(found) > len(best) and count_roots(loop, gains, edge) == len(found):
+        found = _rightmost(loop, gains, values, count)
+        if len(found) > len(best):
             best = found
         if len(best) >= count:
             break
     if not len(best):
         raise ArithmeticError(f"roots of {loop} with {gains}: not as many found as counted")
     return best
+
+
+def _rightmost(loop: Loop, gains: Gains, values: ComplexArray, count: int) -> ComplexArray:
+    """Those of the rightmost roots that the eigenvalues `values` stand for and that the argument principle confirms."""
+    roots, radii, next_real = _refined(loop, gains, values)
+    edge = _edge(np.append(roots.real, next_real), np.append(radii, 0.0), count)
+    found = roots[roots.real > edge]
+    confirmed = len(found) > 0 and count_roots(loop, gains, edge) == len(found)
+    return found if confirmed else roots[:0]
 
 
 def decay_rates(loop: Loop, inner_p: ArrayLike, outer_l: ArrayLike) -> Array:
@@ -167,35 +177,81 @@ def _differentiation(nodes: int) -> Array:
     return matrix - np.diag(matrix.sum(axis=1))
 
 
-def _polished(loop: Loop, gains: Gains, values: ComplexArray) -> tuple[ComplexArray, float]:
-    """Those of the eigenvalues `values` that are roots, after Newton's method, rightmost first.
+def _refined(loop: Loop, gains: Gains, values: ComplexArray) -> tuple[ComplexArray, Array, float]:
+    """Those of the eigenvalues `values` that are roots, rightmost first, and the radii in which rounding hides them.
 
-    One that Newton's method carries off is no root yet, or never; the list ends there, and its real part comes second.
+    Single ones by Newton's method, clusters by analysis/root_clusters.py. One that this carries off is no root yet, or
+    never; the list ends there, and its real part comes last.
     """
+    within = _CLUSTER / loop.loop_delay_s
+    groups = list(clusters(values, within))
+    single = np.array([group[0] for group in groups if len(group) == 1], dtype=np.complex128)
+    roots, radii, good = _polished(loop, gains, single)
+
+    def expand(centre: complex, degree: int) -> Expansion:
+        return _expansion(loop, gains, centre, degree, within)
+
+    for group in groups:
+        if len(group) > 1 and group.mean().imag > -0.5 * within:
+            cluster = refined(group, expand, within) or Cluster(group, 0.0)
+            members = cluster.roots
+            if group.mean().imag > 0.5 * within:
+                members = np.append(members, members.conj())
+            roots = np.append(roots, members)
+            radii = np.append(radii, np.full(len(members), cluster.radius))
+            good = np.append(good, np.full(len(members), cluster.radius > 0.0))
+    order = np.lexsort((-roots.imag, -roots.real))
+    roots, radii, good = roots[order], radii[order], good[order]
+    end = len(roots) if good.all() else int(np.argmin(good))
+    return roots[:end], radii[:end], float(roots[end].real) if end < len(roots) else -math.inf
+
+
+def _polished(loop: Loop, gains: Gains, values: ComplexArray) -> tuple[ComplexArray, Array, NDArray[np.bool_]]:
+    """Newton's method from each of `values`: where it ends, the radii of rounding, and whether it stayed nearby."""
     roots = values.copy()
     with np.errstate(all="ignore"):
         for _ in range(_NEWTON_STEPS):
             step = characteristic(loop, gains, roots) / _slope(loop, gains, roots)
             roots = np.where(np.isfinite(step), roots - step, roots)
-        good = np.abs(roots - values) * loop.loop_delay_s < 1e-3
-    roots = np.asarray(np.where(good, roots, values), dtype=np.complex128)
-    order = np.lexsort((-roots.imag, -roots.real.round(9)))
-    roots, good = roots[order], good[order]
-    end = len(roots) if good.all() else int(np.argmin(good))
-    return roots[:end], float(roots[end].real) if end < len(roots) else -math.inf
+        radii = ROUNDING * _size(loop, gains, roots) / np.abs(_slope(loop, gains, roots))
+        good = (np.abs(roots - values) * loop.loop_delay_s < _CLUSTER) & np.isfinite(radii)
+    return np.where(good, roots, values), np.where(good, radii, 0.0), good
 
 
-def _edge(real: Array, count: int) -> float:
+def _size(loop: Loop, gains: Gains, s: ComplexArray) -> Array:
+    """The sum of the moduli of the terms of `characteristic` at `s`, of the shape of `s`."""
+    tau_s, w, lag_s = loop
+    delayed = gains.inner_p * np.exp(-s.real * tau_s) * (np.abs(s) + gains.outer_l * w)
+    return (np.abs(s) ** 2 + w * w) * (1.0 + np.abs(s) * lag_s) + delayed
+
+
+def _expansion(loop: Loop, gains: Gains, centre: complex, degree: int, scale: float) -> Expansion:
+    """`characteristic` around `centre` [1/s], in powers of (s - centre) / `scale` [1/s], up to `degree`, 3 or more."""
+    tau_s, w, lag_s = loop
+    order = np.arange(degree + 1)
+    falling = np.cumprod(np.append(1.0, -tau_s * scale / order[1:]))  # of exp(-(s - centre) tau')
+    delayed = (centre + gains.outer_l * w) * falling + scale * np.append(0.0, falling[:-1])
+    delayed = delayed * gains.inner_p * np.exp(-centre * tau_s)
+    swing = np.array([centre**2 + w * w, 2.0 * centre * scale, scale**2], dtype=np.complex128)
+    own = np.convolve(swing, [1.0 + centre * lag_s, lag_s * scale])
+    delayed[: len(own)] += own[: degree + 1]
+    return Expansion(delayed, float(_size(loop, gains, np.array(centre))))
+
+
+def _edge(real: Array, radii: Array, count: int) -> float:
     """A number that parts the first `count` of the falling `real`, or a few more, from the next; fewer if need be.
 
-    It lies in the middle of a gap, so that the argument principle has no root on its way.
+    It lies in the middle of a gap that is wider than the `radii` of rounding on its sides, so that the argument
+    principle has neither a root nor noise on its way.
     """
-    gaps = np.flatnonzero(real[:-1] - real[1:] > 1e-6 * (1.0 + np.abs(real[1:])))
+    low = np.minimum.accumulate(real - radii)[:-1]
+    high = np.maximum.accumulate((real + radii)[::-1])[::-1][1:]
+    gaps = np.flatnonzero(low - high > _LEAST_GAP * (np.abs(low) + np.abs(high)))
     if not len(gaps):
         return math.inf
     after = gaps[gaps >= count - 1]
     k = int(after[0] if len(after) else gaps[-1])
-    return 0.5 * float(real[k] + max(real[k + 1], real[k] - 2.0 * (1.0 + abs(real[k]))))
+    return 0.5 * float(low[k] + max(high[k], low[k] - 2.0 * (1.0 + abs(low[k]))))
 
 
 def _check(loop: Loop, gains: Gains) -> None:
