@@ -1,67 +1,39 @@
 """Roots of the whole loop's characteristic equation, none missed: found by a spectral method, then counted.
 
-On a great circle and with small errors, inner and outer loop together obey (derived in docs/delay.md)
-
-    s^2 + w^2 + P exp(-s tau') (s + L w) / (1 + s lag) = 0,
-
-w the speed over the line length, tau' the dead time with half a period of the loop, `lag` the actuator's time constant.
-The term w^2 is the sphere's: two great circles meet again. Without it (w^2 = 0, L = 0, no lag) a root at 0 and those
-of J. H. Baayen (2012), s + P exp(-s tau) = 0, are left.
-
 Of what the loop remembers, only the wanted turning rate is needed over a dead time. It is held at Chebyshev nodes,
-along which it travels, and the eigenvalues of that finite system converge to the rightmost roots faster than any power
-of the number of nodes (the method of D. Breda, S. Maset and R. Vermiglio, "Pseudospectral differencing methods for
-characteristic roots of delay differential equations", 2005). Newton's method takes single ones to rounding, clusters
-are refined as a whole, and the argument principle says whether all are there.
+along which it travels, and the eigenvalues of that finite system converge to the rightmost roots of the equation (see
+analysis/characteristic_equation.py) faster than any power of the number of nodes (the method of D. Breda, S. Maset and
+R. Vermiglio, "Pseudospectral differencing methods for characteristic roots of delay differential equations", 2005).
+Newton's method takes single ones to rounding, clusters are refined as a whole, and the argument principle says whether
+all are there.
 """
 
 import math
-from itertools import pairwise
-from typing import NamedTuple
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from analysis.characteristic_equation import (
+    Array,
+    Gains,
+    Loop,
+    characteristic,
+    check_equation,
+    count_roots,
+    expansion,
+    slope,
+    term_size,
+)
 from analysis.root_clusters import ROUNDING, Cluster, ComplexArray, Expansion, clusters, refined
-
-Array = NDArray[np.float64]
 
 _NODES = (24, 48, 72)
 _MAP_NODES = 11
 _NEWTON_STEPS = 8
-_MOST_HALVINGS = 40
+_FAST_PAIRS = 8
+_FAST_STEPS = 60
 _CLUSTER = 1e-3  # eigenvalues closer than this over tau' are refined together
 _LEAST_GAP = 1e-6  # between real parts, for a count between them, as a share of these
-
-
-class Loop(NamedTuple):
-    """What the gains have to cope with: tau' [s], speed over line length [1/s], the actuator's time constant [s]."""
-
-    loop_delay_s: float
-    speed_over_length: float
-    lag_s: float = 0.0
-
-
-class Gains(NamedTuple):
-    """P [1/s] of the inner loop and L of the outer loop."""
-
-    inner_p: float
-    outer_l: float
-
-
-def characteristic(loop: Loop, gains: Gains, s: ArrayLike) -> ComplexArray:
-    """Value, at the complex `s` [1/s], of (s^2 + w^2) (1 + s lag) + P exp(-s tau') (s + L w); shape of `s`."""
-    s = np.asarray(s, dtype=np.complex128)
-    tau_s, w, lag_s = loop
-    delayed = gains.inner_p * np.exp(-s * tau_s) * (s + gains.outer_l * w)
-    return np.asarray((s * s + w * w) * (1.0 + s * lag_s) + delayed)
-
-
-def _slope(loop: Loop, gains: Gains, s: ComplexArray) -> ComplexArray:
-    """Derivative of `characteristic` by s."""
-    tau_s, w, lag_s = loop
-    delayed = gains.inner_p * np.exp(-s * tau_s) * (1.0 - tau_s * (s + gains.outer_l * w))
-    return 2.0 * s * (1.0 + s * lag_s) + lag_s * (s * s + w * w) + delayed
 
 
 def rightmost_roots(loop: Loop, gains: Gains, count: int = 8) -> ComplexArray:
@@ -74,10 +46,9 @@ def rightmost_roots(loop: Loop, gains: Gains, count: int = 8) -> ComplexArray:
         ValueError: the loop has no positive delay, or a gain is negative or not finite.
         ArithmeticError: the roots found are not as many as the argument principle counts.
     """
-    _check(loop, gains)
+    check_equation(loop, gains)
     best = np.zeros(0, dtype=complex)
-    for nodes in _NODES:
-        values = np.linalg.eigvals(_matrices(loop, gains.inner_p, gains.outer_l, nodes)).astype(np.complex128)
+    for values in _approximations(loop, gains):
         found = _rightmost(loop, gains, values, count)
         if len(found) > len(best):
             best = found
@@ -86,6 +57,30 @@ def rightmost_roots(loop: Loop, gains: Gains, count: int = 8) -> ComplexArray:
     if not len(best):
         raise ArithmeticError(f"roots of {loop} with {gains}: not as many found as counted")
     return best
+
+
+def _approximations(loop: Loop, gains: Gains) -> Iterator[ComplexArray]:
+    """Ever better sets of numbers among which the rightmost roots should be; the last one for very large gains."""
+    for nodes in _NODES:
+        yield np.linalg.eigvals(_matrices(loop, gains.inner_p, gains.outer_l, nodes)).astype(np.complex128)
+    yield _fast_roots(loop, gains)
+
+
+def _fast_roots(loop: Loop, gains: Gains) -> ComplexArray:
+    """The roots of a loop with so large a gain that all eigenvalues drown in rounding: fast, and far to the right.
+
+    The equation reads s tau' = log(-P (s + L w) / ((s^2 + w^2) (1 + s lag))) + 2 pi i k, for all k. Where s tau' is
+    large the right side hardly depends on s, so that it can be put in for the left side again and again.
+    """
+    tau_s, w, lag_s = loop
+    with np.errstate(all="ignore"):
+        turns = 2j * np.pi * np.arange(_FAST_PAIRS)
+        s = (np.log(1.0 + gains.inner_p * tau_s) + 1j * np.pi + turns) / tau_s
+        for _ in range(_FAST_STEPS):
+            loud = np.log(gains.inner_p) + np.log(s + gains.outer_l * w) - np.log(s + 1j * w) - np.log(s - 1j * w)
+            s = (loud - np.log(1.0 + s * lag_s) + 1j * np.pi + turns) / tau_s
+        s = s[np.isfinite(s) & (s.imag > 0.0)]
+    return np.append(s, s.conj())
 
 
 def _rightmost(loop: Loop, gains: Gains, values: ComplexArray, count: int) -> ComplexArray:
@@ -106,42 +101,6 @@ def decay_rates(loop: Loop, inner_p: ArrayLike, outer_l: ArrayLike) -> Array:
     inner_p, outer_l = np.broadcast_arrays(np.asarray(inner_p, dtype=float), np.asarray(outer_l, dtype=float))
     values = np.linalg.eigvals(_matrices(loop, inner_p, outer_l, _MAP_NODES))
     return values.real.max(axis=-1)
-
-
-def count_roots(loop: Loop, gains: Gains, right_of: float) -> int:
-    """How many roots have a real part above `right_of` [1/s], by the argument principle; none may have just that one.
-
-    All of them lie within `_reach` of 0. The phase is followed along the upper half of a rectangle around them; the
-    lower half adds the same.
-    """
-    far = _reach(loop, gains, right_of)
-    corners = np.array([far, far + 1j * far, right_of + 1j * far, right_of])
-    points = min(100_000, 200 + int(far * loop.loop_delay_s / 0.2))  # exp(-s tau') turns by 0.2 rad at a time
-    path = np.concatenate([np.linspace(a, b, points) for a, b in pairwise(corners)])
-    phase_steps = np.zeros(1)
-    for _ in range(_MOST_HALVINGS):
-        values = characteristic(loop, gains, path)
-        phase_steps = np.angle(values[1:] / np.where(values[:-1] == 0.0, 1e-300, values[:-1]))
-        coarse = np.flatnonzero(np.abs(phase_steps) > 0.5)
-        if not len(coarse):
-            break
-        path = np.insert(path, coarse + 1, 0.5 * (path[coarse] + path[coarse + 1]))
-    return round(math.fsum(phase_steps) / math.pi)
-
-
-def _reach(loop: Loop, gains: Gains, right_of: float) -> float:
-    """A distance from 0 [1/s] beyond which no root lies to the right of `right_of`.
-
-    There |s^2 + w^2| |1 + s lag| is more than P exp(-right_of tau') (|s| + L w), and stays so further out.
-    """
-    tau_s, w, lag_s = loop
-    delayed = gains.inner_p * math.exp(-right_of * tau_s)
-    far = 1.0 / tau_s + 2.0 * (abs(right_of) + w + 1.0)
-    while True:
-        lag = max(1.0 + min(0.0, right_of) * lag_s, far * lag_s - 1.0)
-        if lag > 0.0 and (far * far - w * w) * lag > 1.1 * delayed * (far + gains.outer_l * w):
-            return far
-        far *= 1.5
 
 
 def _matrices(loop: Loop, inner_p: ArrayLike, outer_l: ArrayLike, nodes: int) -> Array:
@@ -189,7 +148,7 @@ def _refined(loop: Loop, gains: Gains, values: ComplexArray) -> tuple[ComplexArr
     roots, radii, good = _polished(loop, gains, single)
 
     def expand(centre: complex, degree: int) -> Expansion:
-        return _expansion(loop, gains, centre, degree, within)
+        return expansion(loop, gains, centre, degree, within)
 
     for group in groups:
         if len(group) > 1 and group.mean().imag > -0.5 * within:
@@ -211,31 +170,11 @@ def _polished(loop: Loop, gains: Gains, values: ComplexArray) -> tuple[ComplexAr
     roots = values.copy()
     with np.errstate(all="ignore"):
         for _ in range(_NEWTON_STEPS):
-            step = characteristic(loop, gains, roots) / _slope(loop, gains, roots)
+            step = characteristic(loop, gains, roots) / slope(loop, gains, roots)
             roots = np.where(np.isfinite(step), roots - step, roots)
-        radii = ROUNDING * _size(loop, gains, roots) / np.abs(_slope(loop, gains, roots))
+        radii = ROUNDING * term_size(loop, gains, roots) / np.abs(slope(loop, gains, roots))
         good = (np.abs(roots - values) * loop.loop_delay_s < _CLUSTER) & np.isfinite(radii)
     return np.where(good, roots, values), np.where(good, radii, 0.0), good
-
-
-def _size(loop: Loop, gains: Gains, s: ComplexArray) -> Array:
-    """The sum of the moduli of the terms of `characteristic` at `s`, of the shape of `s`."""
-    tau_s, w, lag_s = loop
-    delayed = gains.inner_p * np.exp(-s.real * tau_s) * (np.abs(s) + gains.outer_l * w)
-    return (np.abs(s) ** 2 + w * w) * (1.0 + np.abs(s) * lag_s) + delayed
-
-
-def _expansion(loop: Loop, gains: Gains, centre: complex, degree: int, scale: float) -> Expansion:
-    """`characteristic` around `centre` [1/s], in powers of (s - centre) / `scale` [1/s], up to `degree`, 3 or more."""
-    tau_s, w, lag_s = loop
-    order = np.arange(degree + 1)
-    falling = np.cumprod(np.append(1.0, -tau_s * scale / order[1:]))  # of exp(-(s - centre) tau')
-    delayed = (centre + gains.outer_l * w) * falling + scale * np.append(0.0, falling[:-1])
-    delayed = delayed * gains.inner_p * np.exp(-centre * tau_s)
-    swing = np.array([centre**2 + w * w, 2.0 * centre * scale, scale**2], dtype=np.complex128)
-    own = np.convolve(swing, [1.0 + centre * lag_s, lag_s * scale])
-    delayed[: len(own)] += own[: degree + 1]
-    return Expansion(delayed, float(_size(loop, gains, np.array(centre))))
 
 
 def _edge(real: Array, radii: Array, count: int) -> float:
@@ -252,15 +191,3 @@ def _edge(real: Array, radii: Array, count: int) -> float:
     after = gaps[gaps >= count - 1]
     k = int(after[0] if len(after) else gaps[-1])
     return 0.5 * float(low[k] + max(high[k], low[k] - 2.0 * (1.0 + abs(low[k]))))
-
-
-def _check(loop: Loop, gains: Gains) -> None:
-    if not 0.0 < loop.loop_delay_s < math.inf:
-        raise ValueError(f"loop delay of {loop.loop_delay_s:g} s: must be longer than zero, and finite")
-    if not 0.0 <= loop.speed_over_length < math.inf:
-        raise ValueError(f"speed over length of {loop.speed_over_length:g} 1/s: must be zero or more, and finite")
-    if not 0.0 <= loop.lag_s < math.inf:
-        raise ValueError(f"lag of {loop.lag_s:g} s: must be zero or longer, and finite")
-    for name, gain in zip("PL", gains, strict=True):
-        if not 0.0 <= gain < math.inf:
-            raise ValueError(f"gain {name} of {gain:g}: must be zero or more, and finite")

@@ -17,6 +17,7 @@ ComplexArray = NDArray[np.complex128]
 
 ROUNDING = 100.0 * float(np.finfo(float).eps)  # of a value of the function, as a share of its terms' size
 _TINY = float(np.finfo(float).tiny)
+_NOTHING = 1e-100  # a leading coefficient this small beside the largest has its root far away
 _MORE_TERMS = 6  # of the Taylor polynomial, beyond the cluster's multiplicity
 _REFINEMENTS = 3
 _FURTHEST = 8.0  # steps of clustering by which a refined root may lie off its cluster's mean, for each of its members
@@ -70,19 +71,21 @@ def refined(approximations: ComplexArray, expand: Expand, within: float) -> Clus
         if not np.all(np.isfinite(coefficients)) or not coefficients[m]:
             return None
         offsets = _smallest_roots(coefficients, m)
+        if len(offsets) < m:
+            return None
         middle = complex(offsets.mean())
         offsets, mean = offsets - middle, mean + within * middle
         if max(np.abs(offsets).max(), abs(mean - start) / within) > _FURTHEST * m:
             return None
     coefficients, size = expand(mean, m)
     radius = float((ROUNDING * size / max(abs(coefficients[m]), _TINY)) ** (1.0 / m))
-    if np.abs(offsets).max() <= radius:
-        offsets = np.zeros(m)
+    offsets = offsets * (np.abs(offsets).max() > radius)
     return Cluster(mean + within * offsets, within * radius)
 
 
 def _smallest_roots(coefficients: ComplexArray, count: int) -> ComplexArray:
-    """The `count` smallest roots of a polynomial, lowest coefficient first; exact pairs if its coefficients are real."""
-    falling = coefficients[::-1]
-    roots = np.roots(falling if falling.imag.any() else falling.real).astype(np.complex128)
+    """The `count` smallest roots of a polynomial, lowest coefficient first; conjugate pairs if it is real."""
+    size = np.abs(coefficients)
+    falling = coefficients[::-1] * (size > _NOTHING * size.max())[::-1]  # np.roots leaves leading zeros out
+    roots = np.asarray(np.roots(falling if np.any(falling.imag) else falling.real), dtype=np.complex128)
     return roots[np.argsort(np.abs(roots), kind="stable")][:count]
