@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from analysis.characteristic_roots import Gains, Loop, decay_rates, rightmost_roots
+from analysis.characteristic_equation import Gains, Loop
+from analysis.characteristic_roots import decay_rates, rightmost_roots
 from analysis.delay import optimal_gain, stability_limit
 from analysis.plots import new_figure
 from analysis.whole_loop import Design, gain_limit

@@ -3,12 +3,13 @@
 import math
 from typing import Any
 
-from analysis.characteristic_roots import Gains, Loop
+from analysis.characteristic_equation import Gains, Loop
 from analysis.delay import loop_delay, optimal_gain, stability_limit
 from analysis.sampled_loop import SampledLoop, sampled_limit, sampled_roots
 from analysis.whole_loop import Design
 
 _MOST_PERIODS = 300  # of dead time, for which the sampled loop's roots are found quickly
+_MOST_PERIODS_LIMIT = 5000  # the same for its limit
 
 
 def paper_lines(delay_s: float, loop_hz: float, present_p: float) -> list[str]:
@@ -100,7 +101,10 @@ def _exactly(exact: float | None, number: float, share: float) -> str:
     return f"   ({abs(exact):.4g} with sampling exactly)"
 
 
-def _exact_limit(loop: Loop, delay_s: float, loop_hz: float, outer_l: float) -> float:
+def _exact_limit(loop: Loop, delay_s: float, loop_hz: float, outer_l: float) -> float | None:
+    """The sampled loop's limit; None with so many samples that sampling makes no difference to it."""
+    if delay_s * loop_hz > _MOST_PERIODS_LIMIT:
+        return None
     return sampled_limit(SampledLoop(delay_s, loop_hz, loop.speed_over_length, loop.lag_s), outer_l)
 
 

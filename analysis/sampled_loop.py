@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analysis.characteristic_roots import Array, ComplexArray, Gains
+from analysis.characteristic_equation import Array, ComplexArray, Gains
 
 _ANGLES = 4000
 _HALVINGS = 60

@@ -1,8 +1,8 @@
 """Gains for inner and outer loop together: the limit, the best pair, and the margins of a given pair.
 
-The equation and the names of its terms are in analysis/characteristic_roots.py. J. H. Baayen (2012) analyses the inner
-loop alone, on the ground that the outer loop is much slower; here that is not assumed. The paper's limit is the one
-at L = 0 and w = 0.
+The equation and the names of its terms are in analysis/characteristic_equation.py. J. H. Baayen (2012) analyses the
+inner loop alone, on the ground that the outer loop is much slower; here that is not assumed. The paper's limit is the
+one at L = 0 and w = 0.
 """
 
 import math
@@ -10,10 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analysis.characteristic_roots import ComplexArray, Gains, Loop, count_roots, decay_rates, rightmost_roots
+from analysis.characteristic_equation import ComplexArray, Gains, Loop, count_roots
+from analysis.characteristic_roots import decay_rates, rightmost_roots
 
 _HALVINGS = 60
 _ZOOMS = 12
+_LEAST_ANGLE = 1e-9  # flown in a dead time [rad]: less is lost beside rounding
 _ZOOM_POINTS = 21
 
 
@@ -61,10 +63,14 @@ def design(loop: Loop, present: Gains) -> Design:
 
 def check(loop: Loop) -> None:
     """Raises ValueError, in one line, where a whole loop cannot be designed: no speed, or a delay beyond all use."""
-    if not 0.0 < loop.speed_over_length < math.inf:
-        raise ValueError(f"speed over length of {loop.speed_over_length:g} 1/s: must be positive and finite")
-    if not 0.0 < loop.loop_delay_s < math.inf or not 0.0 <= loop.lag_s < math.inf:
-        raise ValueError(f"delay of {loop.loop_delay_s:g} s, lag of {loop.lag_s:g} s: must not be negative, and finite")
+    tau_s, w, lag_s = loop
+    if not 0.0 < w < math.inf:
+        raise ValueError(f"speed over length of {w:g} 1/s: must be positive and finite")
+    if not 0.0 < tau_s < math.inf or not 0.0 <= lag_s < math.inf:
+        raise ValueError(f"delay of {tau_s:g} s, lag of {lag_s:g} s: must not be negative, and finite")
+    if w * tau_s < _LEAST_ANGLE:
+        raise ValueError(f"speed over length of {w:g} 1/s with {tau_s:g} s of delay: the kite hardly moves meanwhile; "
+                         f"design needs at least {_LEAST_ANGLE / tau_s:.2g} 1/s")
     if greatest_outer_l(loop) <= 0.0:
         raise ValueError(f"speed over length of {loop.speed_over_length:g} 1/s with {loop.loop_delay_s:g} s of delay: "
                          "the kite has flown a quarter of its circle before it answers; no gain is stable")
@@ -156,26 +162,44 @@ def margins(loop: Loop, gains: Gains) -> Margins:
 
 
 def _delay_margin(loop: Loop, gains: Gains) -> float | None:
-    """How much the delay may grow [s]: see Margins.
+    """How much the delay may grow [s]: see Margins."""
+    delays = _crossing_delays(loop, gains)
+    if rightmost_roots(loop, gains, 1)[0].real < 0.0:
+        return min((delay - loop.loop_delay_s for delay in delays if delay > loop.loop_delay_s), default=math.inf)
+    without = gain_limit(loop._replace(loop_delay_s=1e-6 * loop.loop_delay_s), gains.outer_l)
+    if gains.inner_p >= without:
+        return None
+    return min(delays) - loop.loop_delay_s
 
-    A root can cross the imaginary axis at i o only where |(o^2 - w^2) (1 + i o lag)| = P |L w + i o|, a cubic in o^2,
-    and does for the delays that bring the phase there.
+
+def _crossing_delays(loop: Loop, gains: Gains) -> list[float]:
+    """Delays [s] at which a root crosses the imaginary axis: for each place, the first and the next after the present.
+
+    It can cross at i o only where |o^2 - w^2| |1 + i o lag| = P |L w + i o|, and does for the delays that bring the
+    phase there. Above w there is one such o, since the left side over the right grows; below w there are none, one or
+    two, from a cubic in o^2.
     """
     tau_s, w, lag_s = loop
     a = gains.outer_l * w
+
+    def excess(o: float) -> float:
+        return (o - w) * (o + w) * math.hypot(1.0, o * lag_s) - gains.inner_p * math.hypot(a, o)
+
+    low = high = w
+    while excess(high) <= 0.0:
+        high = 2.0 * high
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if excess(middle) <= 0.0 else (low, middle)
+    crossings = [0.5 * (low + high)]
     x = np.polynomial.Polynomial([0.0, 1.0])
     squares = ((x - w * w) ** 2 * (1.0 + lag_s**2 * x) - gains.inner_p**2 * (x + a * a)).trim().roots()
-    delays = []
-    for square in squares:
-        if abs(square.imag) <= 1e-9 * abs(square) and square.real > 0.0:
-            o = math.sqrt(square.real)
-            phase = math.atan2(o, a) - math.atan(o * lag_s) + (0.0 if o > w else math.pi)
-            turns = range(math.ceil(-phase / math.tau), 2 + int(o * tau_s / math.tau + 1.0))
-            delays += [(phase + math.tau * k) / o for k in turns]
-    stable = rightmost_roots(loop, gains, 1)[0].real < 0.0
-    if stable:
-        return min((delay - tau_s for delay in delays if delay > tau_s), default=math.inf)
-    without = gain_limit(loop._replace(loop_delay_s=1e-6 * tau_s), gains.outer_l)
-    if gains.inner_p >= without:
-        return None
-    return min(delays) - tau_s
+    crossings += [math.sqrt(square.real) for square in squares
+                  if abs(square.imag) <= 1e-9 * abs(square) and 0.0 < square.real < w * w]
+    delays: list[float] = []
+    for o in crossings:
+        phase = math.atan2(o, a) - math.atan(o * lag_s) + (0.0 if o > w else math.pi)
+        first = phase % math.tau
+        turns = math.floor((o * tau_s - first) / math.tau) + 1
+        delays += [first / o, (first + math.tau * turns) / o]
+    return delays

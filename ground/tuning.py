@@ -3,7 +3,7 @@
 import math
 from typing import Any, NamedTuple
 
-from analysis.characteristic_roots import Gains, Loop
+from analysis.characteristic_equation import Gains, Loop
 from analysis.delay import loop_delay, optimal_gain, stability_limit
 from analysis.design_report import is_stable, paper_lines, whole_loop_dictionary, whole_loop_lines
 from analysis.whole_loop import Design, design

@@ -6,7 +6,7 @@ from argparse import Namespace
 from pathlib import Path
 from typing import Any
 
-from analysis.characteristic_roots import Gains, Loop
+from analysis.characteristic_equation import Gains, Loop
 from analysis.delay import loop_delay, optimal_gain, stability_limit
 from analysis.design_plots import plot_design
 from analysis.design_report import paper_lines, whole_loop_dictionary, whole_loop_lines
@@ -61,7 +61,7 @@ def design_gains(options: Namespace) -> int:
         delay_s = effective.delay_s if effective else options.delay
         loop_delay_s = loop_delay(delay_s, options.loop_hz)
         result = design(Loop(loop_delay_s, options.speed_over_length, options.lag), present)
-    except ValueError as error:
+    except (ValueError, ArithmeticError) as error:
         raise ScenarioError(f"design: {error}") from None
     if options.json:
         paper = {"limit": _at(stability_limit, delay_s), "optimum": _at(optimal_gain, delay_s),
@@ -75,7 +75,10 @@ def design_gains(options: Namespace) -> int:
         print("\n".join(lines + whole_loop_lines(result, delay_s, options.loop_hz)))
     if options.plot:
         title = f"Whole loop: delay {delay_s:.3g} s, {options.speed_over_length:g} line lengths a second"
-        save(plot_design(result, title), Path(options.plot))
+        try:
+            save(plot_design(result, title), Path(options.plot))
+        except (OSError, ValueError) as error:
+            raise ScenarioError(f"--plot {options.plot}: {error}") from error
     return 0
 
 

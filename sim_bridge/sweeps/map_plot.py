@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from analysis.characteristic_roots import Loop
+from analysis.characteristic_equation import Loop
 from analysis.delay import loop_delay, stability_limit
 from analysis.metrics import LOST, NOT_MEASURED, TRACKING, UNSTABLE
 from analysis.plots import new_figure

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from analysis.characteristic_roots import Loop
+from analysis.characteristic_equation import Loop
 from analysis.delay import loop_delay
 from analysis.effective_delay import Path, effective_delay, split
 from analysis.whole_loop import gain_limit

@@ -8,7 +8,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.special import lambertw
 
-from analysis.characteristic_roots import Gains, Loop, characteristic, count_roots, decay_rates, rightmost_roots
+from analysis.characteristic_equation import Gains, Loop, characteristic, count_roots
+from analysis.characteristic_roots import decay_rates, rightmost_roots
 from analysis.delay import stability_limit
 from analysis.sampled_loop import SampledLoop, sampled_limit, sampled_roots
 from analysis.whole_loop import best_gains, design, gain_limit, greatest_outer_l, margins
@@ -75,6 +76,57 @@ def test_limits_of_known_kites(loop, outer_l, plane, sphere):
     o = next(root.imag for root in rightmost_roots(loop, Gains(limit, outer_l), 2))
     assert math.tan(o * tau_s) == pytest.approx(o / (outer_l * w), rel=1e-6)
     assert o**2 / math.hypot(o, outer_l * w) == pytest.approx(plane, rel=1e-3)
+
+
+def own_best_pair_comes_back(loop: Loop) -> None:
+    """`design`, told the pair that it proposes, finds its roots, the rate that it promised, and room to either side."""
+    gains, best = best_gains(loop)
+    told = design(loop, gains)
+    assert told.rate == pytest.approx(best, rel=1e-4) and len(told.roots) >= 3
+    assert told.margins.gain > 1.0 and told.margins.delay_s is not None and told.margins.delay_s > 0.0
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_design_is_answered_for_its_own_best_pair(seed):
+    """At full precision, where three roots are one: whether and how rounding parts them is the processor's."""
+    for tau_s, w in np.random.default_rng(seed).uniform((0.02, 0.01), (1.0, 1.0), (10, 2)):
+        own_best_pair_comes_back(Loop(tau_s, w))
+    for tau_s, angle in np.random.default_rng(seed).uniform((0.02, 1e-3), (1.0, 0.3), (60, 2)):
+        own_best_pair_comes_back(Loop(tau_s, angle / tau_s))  # all with three roots in one
+
+
+@given(delays, st.floats(1e-3, 0.3), st.floats(-16.0, -2.0), st.floats(0.0, math.tau))
+@settings(deadline=None)
+def test_roots_are_right_however_near_to_one_another(tau_s, angle, decades, towards):
+    """From the best pair away by less than rounding, up to a hundredth: three roots part by the cube root of it."""
+    loop = Loop(tau_s, angle / tau_s)
+    best, together = best_gains(loop)
+    off = 0.5 * 10.0**decades
+    gains = Gains(best.inner_p * (1.0 + off * math.cos(towards)), best.outer_l * (1.0 + off * math.sin(towards)))
+    roots = rightmost_roots(loop, gains, 3)[:3]
+    assert np.abs(roots - together).max() < 4.0 * off ** (1.0 / 3.0) / tau_s + 1e-4 / tau_s
+    assert roots.sum().imag == 0.0  # in conjugate pairs, to the last bit
+    assert count_roots(loop, gains, roots[0].real + 2e-4 / tau_s) == 0
+
+
+GAINS = st.one_of(st.sampled_from([0.0, 1e-300, 1.0, 50.0, 1e100]), st.floats(0.0, 50.0),
+                  st.floats(-12.0, 15.0).map(lambda power: 10.0**power))
+
+
+@given(st.one_of(delays, st.floats(1e-6, 3.0)), st.one_of(speeds, st.floats(1e-6, 10.0)),
+       st.one_of(lags, st.floats(1e-9, 10.0)), GAINS, GAINS)
+@settings(deadline=None, max_examples=150)
+def test_every_pair_of_gains_is_answered(tau_s, w, lag_s, inner_p, outer_l):
+    """A rate and margins that agree, from no gain at all to what only a slip of the finger gives."""
+    loop, gains = Loop(tau_s, w, lag_s), Gains(inner_p, outer_l)
+    assume(w * tau_s > 1e-8 and greatest_outer_l(loop) > 0.05)
+    limit, (gain, delay_s) = gain_limit(loop, outer_l), margins(loop, gains)
+    assume(not inner_p or abs(gain - 1.0) > 1e-3)
+    first = rightmost_roots(loop, gains, 1)[0].real
+    assert np.isfinite(first) and gain == (limit / inner_p if inner_p else math.inf)
+    if inner_p > 1e-6 * w and abs(outer_l / greatest_outer_l(loop) - 1.0) > 1e-3:  # else the roots lie on the axis
+        assert (first < 0.0) == (gain > 1.0)
+        assert delay_s is None or (delay_s > 0.0) == (first < 0.0)
 
 
 def test_the_papers_optimum_can_be_unstable():

@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from analysis.characteristic_roots import Gains, Loop, rightmost_roots
+from analysis.characteristic_equation import Gains, Loop
+from analysis.characteristic_roots import rightmost_roots
 from analysis.delay import loop_delay
 from analysis.sampled_loop import SampledLoop, sampled_limit
 from analysis.target_eight import unit_position
