@@ -1,7 +1,7 @@
 """How the command lines of kitepilot answer a mistake: in one line, with what may have been meant."""
 
 import argparse
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Any, NoReturn
 
 from analysis.closest import closest
@@ -16,9 +16,9 @@ class Parser(argparse.ArgumentParser):
             "formatter_class", argparse.RawDescriptionHelpFormatter if as_written else argparse.HelpFormatter)
         super().__init__(*args, allow_abbrev=False, **keywords)
 
-    def parse_args(self, args: Iterable[str] | None = None, namespace: Any = None) -> Any:
+    def parse_args(self, args: Any = None, namespace: Any = None) -> Any:  # type: ignore[override]
         """As argparse does, but with a proposal for an option that is misspelt."""
-        parsed, unknown = self.parse_known_args(None if args is None else list(args), namespace)
+        parsed, unknown = self.parse_known_args(args, namespace)
         if unknown:
             *_, last = self._path(parsed)
             last.error(f"{unknown[0]} is not understood{closest(unknown[0], last.options())}")
