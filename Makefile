@@ -26,10 +26,10 @@ sitl: $(VENV)/.installed ## fly SCENARIO in real time, ground stations welcome o
 	  $(if $(DURATION),--duration $(DURATION),--forever)
 
 paper: $(VENV)/.installed ## the paper's figures and numbers into docs/figures
-	$(BIN)/kite-sitl paper --out docs/figures
+	$(BIN)/kite-sitl paper --out docs/figures --force
 
 reality: $(VENV)/.installed ## the tables of docs/reality.md: the law on real flights and on every plant (minutes)
-	$(BIN)/kite-sitl reality $(wildcard tests/data/flight/*.csv.gz) --out docs/reality.md
+	$(BIN)/kite-sitl reality $(wildcard tests/data/flight/*.csv.gz) --out docs/reality.md --force
 
 $(VENV)/.installed-boards: $(VENV)/.installed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[boards]'

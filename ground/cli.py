@@ -9,9 +9,10 @@ import os
 import sys
 import time
 
+from analysis.command_line import Parser
 from ground.cli_completion import add_completion_command
 from ground.cli_logs import add_log_commands
-from ground.cli_options import DEFAULTS, Parser, common_options, link_names
+from ground.cli_options import DEFAULTS, common_options, link_names
 from ground.cli_parameters import add_parameter_commands
 from ground.cli_record import add_record_command
 from ground.cli_tune import add_tune_command

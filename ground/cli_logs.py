@@ -5,10 +5,11 @@ import contextlib
 import math
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from analysis.extras import ExtraMissingError
+from analysis.picture_file import ENDINGS_IN_WORDS, FileRefusedError, check_new_file, check_picture
 from analysis.plots import save
 from ground.cli_completion import complete_files
 from ground.cli_options import Connect, Run, positive
@@ -27,7 +28,6 @@ from protocol import dialect
 DEFAULT_TARGET = "udpout:127.0.0.1:14550"
 _CSV, _ULOG = "csv", "ulog"
 _ENDINGS = {_CSV: ".csv", _ULOG: ".ulg"}
-_PICTURES = (".png", ".svg", ".pdf")
 
 
 def add_log_commands(commands) -> None:
@@ -51,7 +51,7 @@ def add_log_commands(commands) -> None:
     _add_output(out, "the log's name with the format's ending")
     picture = _add_reader(commands, "plot", plot, "draw a recorded flight: the sky, turning angle, steering, links",
                           "  kite-ground plot flight.tlog\n  kite-ground plot flight.tlog --from 60 --out turn.svg")
-    _add_output(picture, f"the log's name with .png; {', '.join(_PICTURES)} name the format")
+    _add_output(picture, f"the log's name with .png; {ENDINGS_IN_WORDS} names the format")
     _add_times(picture, "--to")
     for parser in (out, picture):
         parser.add_argument("--system", type=int, choices=range(1, 256), metavar="ID",
@@ -100,20 +100,15 @@ def plot(args: argparse.Namespace, connect: Connect) -> int:
     log = _read(args.file)
     vehicle = log.vehicle(args.system)
     _check_states(log, vehicle)
-    path = _output(args, f"{Path(args.file).stem}.png")
-    if path.suffix not in _PICTURES:
-        raise UsageError(f"{path}: a picture's name ends in {', '.join(_PICTURES[:-1])} or {_PICTURES[-1]}")
+    path = _output_name(args, f"{Path(args.file).stem}.png")
+    _check(check_picture, path, args.force)
     flight = flight_of(log, vehicle, *_times(log, args.from_s, args.to_s))
     if not flight.table["time_s"].size:
         raise UsageError(f"{args.file}: no state message between {flight.from_s:g} and {flight.to_s:g} s")
     if not flight.parameters.complete:
         tell(f"{args.file}: does not hold all parameters, so targets and limits may be missing from the picture")
-    try:
-        figure = plot_log(flight)
-    except ExtraMissingError as error:
-        raise UsageError(f"{error}") from None
     with _writing(path):
-        save(figure, path)
+        save(plot_log(flight), path)
     print(f"{path} drawn")
     return 0
 
@@ -173,18 +168,28 @@ def _check_states(log: FlightLog, vehicle: Address) -> None:
 
 
 def _output(args: argparse.Namespace, name: str) -> Path:
-    """Where to write: as asked, or `name` beside the log. Raises UsageError where something is already."""
-    path = Path(args.out) if args.out else Path(args.file).with_name(name)
-    if path.exists() and not args.force:
-        raise UsageError(f"{path}: is there already: give another --out, or --force to write over it")
-    if not path.parent.is_dir():
-        raise UsageError(f"{path}: there is no folder {path.parent}")
+    """Where to write. Raises UsageError where something is already, or nothing can be."""
+    path = _output_name(args, name)
+    _check(check_new_file, path, args.force)
     return path
+
+
+def _output_name(args: argparse.Namespace, name: str) -> Path:
+    """As asked, or `name` beside the log."""
+    return Path(args.out) if args.out else Path(args.file).with_name(name)
+
+
+def _check(rule: Callable[[Path, bool], None], path: Path, force: bool) -> None:
+    try:
+        rule(path, force)
+    except (FileRefusedError, ExtraMissingError) as error:
+        raise UsageError(f"{error}") from None
 
 
 @contextlib.contextmanager
 def _writing(path: Path) -> Iterator[None]:
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         yield
     except OSError as error:
         raise UsageError(f"{error.filename or path}: cannot write: {error.strerror}") from None

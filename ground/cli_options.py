@@ -1,13 +1,12 @@
-"""What the subcommands of kite-ground share: options, their defaults, and how a parser answers mistakes."""
+"""What the subcommands of kite-ground share: options, and their defaults."""
 
 import argparse
 import math
 import time
 from collections.abc import Callable, Iterable
-from typing import NoReturn
 
+from analysis.closest import closest
 from ground.errors import UsageError
-from ground.parameter_check import closest
 from ground.session import Session
 
 DEFAULT_LINK = "udpin:127.0.0.1:14550"
@@ -16,16 +15,6 @@ _LEVELS = 3  # kite-ground, a command, a verb: each has --link, and keeps its ow
 
 Connect = Callable[[], Session]
 Run = Callable[[argparse.Namespace, Connect], int]
-
-
-class Parser(argparse.ArgumentParser):
-    """An argument parser that answers a mistake in one line, and shows examples as they are written."""
-
-    def __init__(self, *args, **keywords) -> None:
-        super().__init__(*args, allow_abbrev=False, formatter_class=argparse.RawDescriptionHelpFormatter, **keywords)
-
-    def error(self, message: str) -> NoReturn:
-        self.exit(2, f"{self.prog}: {message}; {self.prog} --help shows how\n")
 
 
 def common_options(level: int = 2) -> argparse.ArgumentParser:

@@ -5,6 +5,7 @@ import contextlib
 import fnmatch
 import json
 
+from analysis.closest import closest
 from ground.cli_completion import complete_names
 from ground.cli_options import (
     Connect,
@@ -17,7 +18,6 @@ from ground.cli_options import (
 from ground.cli_parameter_files import add_parameter_file_commands
 from ground.cli_parameter_load import add_parameter_load_commands
 from ground.errors import GroundError, UsageError
-from ground.parameter_check import closest
 from ground.parameter_file import format_value, parse_number
 from ground.parameter_view import Values, facts, is_changed, row, sheet, width
 from ground.parameter_watch import watch

@@ -3,10 +3,11 @@
 from collections.abc import Mapping
 from pathlib import Path
 
+from analysis.closest import closest
 from ground.background import Background
 from ground.errors import UsageError, VehicleError
 from ground.parameter_changes import Change, ChangeState
-from ground.parameter_check import CheckedFile, closest
+from ground.parameter_check import CheckedFile
 from ground.parameter_file import write_parameter_file
 from ground.session import Session
 from protocol.contract import CONTRACT_HASH

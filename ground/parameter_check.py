@@ -1,9 +1,8 @@
 """What of a parameter file can be sent, and a line for each thing that cannot."""
 
-import difflib
-from collections.abc import Iterable
 from pathlib import Path
 
+from analysis.closest import closest
 from ground.parameter_file import scan_parameter_file
 from protocol.parameter_table import Parameter
 
@@ -37,9 +36,3 @@ class CheckedFile:
             self.problems.append(f"{self.path}:{self._lines[name]}: the vehicle has no parameter {name}"
                                  f"{closest(name, present)}")
             del self.wanted[name]
-
-
-def closest(word: str, known: Iterable[str]) -> str:
-    """A half sentence that suggests the known word closest to `word`, or nothing."""
-    near = difflib.get_close_matches(word, list(known), n=1, cutoff=0.5)
-    return f"; did you mean {near[0]}?" if near else ""

@@ -7,9 +7,11 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
+from analysis.command_line import Parser
 from analysis.extras import ExtraMissingError
 from analysis.flight_data import FlightDataError
 from analysis.metrics import RULE
+from analysis.picture_file import FileRefusedError
 from sim_bridge import commands
 from sim_bridge.boards.cli import add_board_verbs
 from sim_bridge.boards.image import BoardError
@@ -17,6 +19,7 @@ from sim_bridge.design import add_design_verb
 from sim_bridge.identify import add_identify_verb
 from sim_bridge.notice import DISK_TROUBLE
 from sim_bridge.option_types import not_negative, positive
+from sim_bridge.plot_option import add_plot_option, leave_words_to_others
 from sim_bridge.reality.page import add_reality_verb
 from sim_bridge.rerun import add_rerun_verb
 from sim_bridge.run import FOREVER_LIMIT_MB, RUNTIMES
@@ -31,7 +34,7 @@ def _speed(text: str) -> float:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="kite-sitl", description="Fly simulated kites with the real firmware.",
         epilog="Start with: kite-sitl run paper-delay-tuned --plot")
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="COMMAND")
@@ -48,6 +51,7 @@ def _parser() -> argparse.ArgumentParser:
     paper.add_argument("--out", metavar="DIR", default="paper", help="folder to write into (default: paper)")
     paper.add_argument("--plant", choices=PLANTS, default="turning-rate",
                        help="the plant that flies, with its own line, eight and gains (default: turning-rate)")
+    paper.add_argument("--force", action="store_true", help="write over figures that are there")
     paper.set_defaults(do=commands.paper)
 
     replay = verbs.add_parser(
@@ -56,7 +60,7 @@ def _parser() -> argparse.ArgumentParser:
         "angle that it finds from positions alone against the recorded course.")
     replay.add_argument("file", metavar="FILE", help="a flight, CSV or CSV.gz")
     replay.add_argument("--runtime", choices=RUNTIMES, default="cpython", help="default: cpython")
-    replay.add_argument("--plot", metavar="PNG", help="write the plot here (default: NAME-replay.png here)")
+    add_plot_option(replay, "plot the firmware's turning angle with the recorded one", "NAME-replay.png here")
     replay.set_defaults(do=commands.replay)
 
     bench = verbs.add_parser("bench", help="measure how fast the loop runs on this machine")
@@ -88,8 +92,9 @@ def _add_run(verbs: Any) -> None:
         "  kite-sitl run paper-delay --param INNER_P=1.84 --plot\n"
         "  kite-sitl run small-kite --set link.control.jitter_s=0.03 --set link.control.loss=0.05 --seed 7\n"
         "  kite-sitl run v3-flight --runtime cpython --speed 1 --ground --status --forever")
-    run.add_argument("--runtime", choices=RUNTIMES, default="inproc",
-                     help="where the firmware runs: in this process, or in one of its own (default: inproc)")
+    run.add_argument("--runtime", choices=RUNTIMES,
+                     help="where the firmware runs: in this process, or in one of its own "
+                     "(default: inproc; with --ground cpython)")
     run.add_argument("--speed", type=_speed, default=float("inf"), metavar="max|N",
                      help="max: as fast as it goes, in lockstep; N: N times real time; "
                      "1 with a process of its own: the firmware keeps its own time (default: max)")
@@ -127,20 +132,20 @@ def _add_flight(verb: argparse.ArgumentParser) -> None:
                       help="keep the log below this size: its oldest part goes when there is more; 0 is no limit "
                       f"(default: {FOREVER_LIMIT_MB:g} with --forever, else none)")
     verb.add_argument("--status", action="store_true", help="a status line each second of flight")
-    verb.add_argument("--plot", nargs="?", const="", metavar="FILE",
-                      help="plot the flight (default: NAME.png here, or in the run log's folder)")
+    add_plot_option(verb, "plot the flight", "NAME.png here, or in the run log's folder")
     verb.add_argument("--json", action="store_true", help="print the result as JSON")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run `kite-sitl` with `arguments`; return the exit code: 2 for what the user can put right."""
-    options = _parser().parse_args(arguments)
+    words = sys.argv[1:] if arguments is None else arguments
+    options = _parser().parse_args(leave_words_to_others(words))
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # end as cleanly as on Ctrl-C
     try:
         code = options.do(options)
         sys.stdout.flush()
         return code
-    except (ScenarioError, FlightDataError, FirmwareError, ExtraMissingError, BoardError) as error:
+    except (ScenarioError, FlightDataError, FirmwareError, ExtraMissingError, FileRefusedError, BoardError) as error:
         print(f"kite-sitl: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from analysis.metrics import UNSTABLE_TURNING_ANGLE
-from analysis.plots import new_figure, plot_flight, save
+from analysis.plots import plot_flight
 from sim_bridge.bench import bench as measure_speed
 from sim_bridge.bench_micropython import bench_micropython
 from sim_bridge.flight import COLUMNS, Flight
@@ -15,6 +15,8 @@ from sim_bridge.hil import fly_board
 from sim_bridge.judgement import MODE_UNKNOWN
 from sim_bridge.notice import notice, say
 from sim_bridge.paper import make_paper
+from sim_bridge.plot_option import plot_path, save_plot
+from sim_bridge.progress import FlightProgress
 from sim_bridge.replay import play, plot_replay
 from sim_bridge.run import RunOptions, RunResult, run_scenario
 from sim_bridge.scenario import Scenario, ScenarioError, load_scenario, scenario_names
@@ -38,20 +40,24 @@ def list_scenarios(options: Namespace) -> int:
 def list_keys(options: Namespace) -> int:
     """`kite-sitl keys`."""
     if options.json:
-        print(json.dumps({name: {"default": key.default, "text": key.text} for name, key in KEYS.items()}))
+        print(json.dumps({name: {"default": key.default, "text": key.text, "takes": key.takes()}
+                          for name, key in KEYS.items()}))
         return 0
     for name, key in KEYS.items():
         default = "" if key.default is None else str(key.default).lower() if key.kind is bool else f"{key.default}"
-        print(f"{name:32} {default:>16}  {key.text}")
+        print(f"{name:32} {default:>16}  {key.text} ({key.takes()})")
     return 0
 
 
 def run(options: Namespace) -> int:
     """`kite-sitl run`."""
     scenario = scenario_of(options, notice)
-    result = run_scenario(scenario, _run_options(options, scenario), notice=notice)
+    options.runtime = options.runtime or ("cpython" if options.ground else "inproc")
+    plot = _plot_path(options, scenario)
+    with _progress(options, scenario) as progress:
+        result = run_scenario(scenario, _run_options(options, scenario, progress), notice=notice)
     report(result, options.json)
-    _keep(result, options)
+    _keep(result, options, plot)
     return 0
 
 
@@ -59,8 +65,10 @@ def hil(options: Namespace) -> int:
     """`kite-sitl hil`."""
     scenario = scenario_of(options, notice)
     options.runtime, options.speed = "hil", 1.0
+    plot = _plot_path(options, scenario)
     notice("the scenario's parameters go into the board; `kite-ground param save` keeps what was there before")
-    result, board = fly_board(scenario, options.link, _run_options(options, scenario), notice)
+    with _progress(options, scenario) as progress:
+        result, board = fly_board(scenario, options.link, _run_options(options, scenario, progress), notice)
     if options.json:
         print(json.dumps(result.numbers | board))
     else:
@@ -70,39 +78,49 @@ def hil(options: Namespace) -> int:
                   f"{1000 * board['board_jitter_s']:.1f} ms more; {1000 * board['delay_emulated_s']:.1f} ms were "
                   f"emulated; {1000 * board['delay_flown_s']:.1f} ms were flown, {1000 * board['delay_asked_s']:.0f} "
                   "asked for")
-    _keep(result, options)
+    _keep(result, options, plot)
     return 0
 
 
-def _run_options(options: Namespace, scenario: Scenario) -> RunOptions:
-    if options.plot is not None:
-        new_figure()  # says now, and not after the flight, if there is no matplotlib
+def _plot_path(options: Namespace, scenario: Scenario) -> Path | None:
+    """Where --plot draws the flight; what is wrong with that is said now, and not after the flight."""
+    log = Path(options.log) if options.log else None
+    name = Path(f"{scenario.name}.png")
+    return plot_path(options, log / name if log else name)
+
+
+def _progress(options: Namespace, scenario: Scenario) -> FlightProgress:
+    seconds = None if options.forever else scenario["run.duration_s"]
+    return FlightProgress(seconds, not (options.json or options.status))
+
+
+def _run_options(options: Namespace, scenario: Scenario, progress: FlightProgress) -> RunOptions:
     if options.ground and not options.json:
         print(f"ground stations: the kite sends to udp {scenario['ground.send_to']} and listens on "
               f"{scenario['ground.listen']}", flush=True)
     return RunOptions(
         options.runtime, options.speed, options.ground, options.forever, Path(options.log) if options.log else None,
-        _print_status if options.status else None, log_limit_mb=options.log_limit)
+        _print_status if options.status else progress, log_limit_mb=options.log_limit)
 
 
-def _keep(result: RunResult, options: Namespace) -> None:
-    """Say where the log is, and write the plot."""
+def _keep(result: RunResult, options: Namespace, plot: Path | None) -> None:
+    """Say where the log is, and draw the plot."""
     log = Path(options.log) if options.log else None
     if log and not options.json:
         again = "" if result.real_time else f"   (again: kite-sitl rerun {log})"
         upto = f", up to {result.log_until_s:.1f} s" if result.log_until_s is not None else ""
         print(f"log: {log}{upto}{again}")
-    if options.plot is not None and result.flight.rows:
-        name = f"{result.flight.scenario.name}.png"
-        _save_flight(result, Path(options.plot) if options.plot else log / name if log else Path(name))
+    if plot and result.flight.rows:
+        title = f"{result.numbers['scenario']}: {result.numbers['verdict']}"
+        save_plot(plot_flight(result.flight.track(), result.flight.eight, title), plot)
+        notice(f"plot: {plot}")
 
 
 def paper(options: Namespace) -> int:
     """`kite-sitl paper`."""
-    new_figure()
     folder = Path(options.out)
     try:
-        rows = make_paper(folder, options.plant, (lambda text: None) if options.json else print)
+        rows = make_paper(folder, options.plant, options.force, (lambda text: None) if options.json else print)
     except OSError as error:
         raise ScenarioError(f"--out {folder}: {error.strerror}") from error
     if options.json:
@@ -119,14 +137,11 @@ def paper(options: Namespace) -> int:
 def replay(options: Namespace) -> int:
     """`kite-sitl replay`."""
     path = Path(options.file)
+    plot = plot_path(options, Path(f"{path.name.split('.')[0]}-replay.png"))
     result = play(path, options.runtime, notice)
     numbers: dict[str, Any] = dict(result.numbers)
-    if options.plot or not options.json:
-        plot = Path(options.plot) if options.plot else Path(f"{path.name.split('.')[0]}-replay.png")
-        try:
-            save(plot_replay(result, path.name), plot)
-        except (OSError, ValueError) as error:
-            raise ScenarioError(f"--plot {plot}: {error}") from error
+    if plot:
+        save_plot(plot_replay(result, path.name), plot)
         numbers["plot"] = str(plot)
     if options.json:
         print(json.dumps(numbers))
@@ -139,7 +154,8 @@ def replay(options: Namespace) -> int:
     print(f"fitted eight: azimuth {math.degrees(eight.azimuth):+.1f} +- {math.degrees(eight.half_width):.1f} deg, "
           f"elevation {math.degrees(eight.elevation):.1f} +- {math.degrees(eight.half_height):.1f} deg, "
           f"{'up' if eight.direction > 0 else 'down'} through the middle")
-    print(f"plot: {numbers['plot']}")
+    if plot:
+        print(f"plot: {plot}")
     return 0
 
 
@@ -205,11 +221,3 @@ def report(result: RunResult, as_json: bool) -> None:
           f"{numbers['ticks']} ticks, {numbers['overruns']} overruns")
 
 
-def _save_flight(result: RunResult, path: Path) -> None:
-    numbers = result.numbers
-    title = f"{numbers['scenario']}: {numbers['verdict']}"
-    try:
-        save(plot_flight(result.flight.track(), result.flight.eight, title), path)
-    except (OSError, ValueError) as error:
-        raise ScenarioError(f"--plot {path}: {error}") from error
-    notice(f"plot: {path}")

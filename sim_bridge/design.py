@@ -12,10 +12,11 @@ from analysis.design_plots import plot_design
 from analysis.design_report import paper_lines, whole_loop_dictionary, whole_loop_lines
 from analysis.effective_delay import EffectiveDelay, effective_delay, split
 from analysis.effective_delay import Path as LinkPath
-from analysis.plots import save
 from analysis.whole_loop import design
 from protocol.parameter_table import load_parameters
+from sim_bridge.notice import notice
 from sim_bridge.option_types import not_negative, positive
+from sim_bridge.plot_option import add_plot_option, plot_path, save_plot
 from sim_bridge.scenario import ScenarioError
 
 
@@ -48,13 +49,14 @@ def add_design_verb(verbs: Any) -> None:
                       help="share of frames lost, each direction")
     verb.add_argument("--loss-burst", type=not_negative, default=0.0, metavar="N",
                       help="mean length of a burst of losses in frames; up to 1 they are independent")
-    verb.add_argument("--plot", metavar="FILE", help="draw the decay rate over (P, L), and the roots")
+    add_plot_option(verb, "draw the decay rate over (P, L), and the roots", "design.png here")
     verb.add_argument("--json", action="store_true", help="print JSON for a script")
     verb.set_defaults(do=design_gains)
 
 
 def design_gains(options: Namespace) -> int:
     """`kite-sitl design`."""
+    plot = plot_path(options, Path("design.png"))
     present = Gains(options.gain_p, options.gain_l)
     try:
         effective = _effective(options)
@@ -73,12 +75,10 @@ def design_gains(options: Namespace) -> int:
         lines = _link_lines(options, effective, loop_delay_s)
         lines += [*paper_lines(delay_s, options.loop_hz, present.inner_p), ""]
         print("\n".join(lines + whole_loop_lines(result, delay_s, options.loop_hz)))
-    if options.plot:
+    if plot:
         title = f"Whole loop: delay {delay_s:.3g} s, {options.speed_over_length:g} line lengths a second"
-        try:
-            save(plot_design(result, title), Path(options.plot))
-        except (OSError, ValueError) as error:
-            raise ScenarioError(f"--plot {options.plot}: {error}") from error
+        save_plot(plot_design(result, title), plot)
+        notice(f"plot: {plot}")
     return 0
 
 

@@ -11,10 +11,10 @@ from analysis.actuator_fit import ActuatorFit, identify_actuator
 from analysis.column_description import FlightDataError
 from analysis.flight_record import FlightRecord
 from analysis.identification_plots import plot_identification
-from analysis.plots import new_figure, save
 from analysis.record_source import read_record
 from analysis.turning_rate_fit import LawFit, identify_law
 from sim_bridge.option_types import not_negative
+from sim_bridge.plot_option import add_plot_option, plot_path, save_plot
 from sim_bridge.run_log_reader import read_scenario
 
 _DESCRIPTION = """\
@@ -53,17 +53,15 @@ def add_identify_verb(verbs: Any) -> None:
                       "where there is an azimuth)")
     verb.add_argument("--smooth", type=not_negative, metavar="S", help="width of the smoothing of the angle's rate "
                       "(default: 1.1 s for a real flight, 0.3 s for a tlog, none for a run log)")
-    verb.add_argument("--plot", nargs="?", const="", metavar="FILE",
-                      help="plot measured against fitted (default: NAME-identify.png here)")
+    add_plot_option(verb, "plot measured against fitted", "NAME-identify.png here")
     verb.add_argument("--json", action="store_true", help="print JSON for a script")
     verb.set_defaults(do=identify)
 
 
 def identify(options: Namespace) -> int:
     """`kite-sitl identify`."""
-    if options.plot is not None:
-        new_figure()  # says now, and not after the fit, if there is no matplotlib
     source = Path(options.source)
+    plot = plot_path(options, Path(f"{source.resolve().name.split('.')[0]}-identify.png"))
     record = read_record(source, Path(options.columns) if options.columns else None)
     if options.smooth is not None:
         record = record._replace(smoothing_s=options.smooth)
@@ -79,8 +77,9 @@ def identify(options: Namespace) -> int:
     numbers: dict[str, Any] = {"source": str(source), **_numbers(law, actuator), "actuator_missing": why_not}
     if record.attribution:
         numbers["attribution"] = record.attribution
-    if options.plot is not None:
-        numbers["plot"] = str(_plot(options.plot, source, record, law, actuator))
+    if plot:
+        save_plot(plot_identification(record, law, actuator), plot)
+        numbers["plot"] = str(plot)
     if options.json:
         print(json.dumps({name: _plain(value) for name, value in numbers.items()}))
     else:
@@ -113,15 +112,6 @@ def _numbers(law: LawFit, actuator: ActuatorFit | None) -> dict[str, Any]:
 def _plain(value: Any) -> Any:
     """JSON has no NaN."""
     return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def _plot(asked: str, source: Path, record: FlightRecord, law: LawFit, actuator: ActuatorFit | None) -> Path:
-    path = Path(asked or f"{source.resolve().name.split('.')[0]}-identify.png")
-    try:
-        save(plot_identification(record, law, actuator), path)
-    except (OSError, ValueError) as error:
-        raise FlightDataError(f"--plot {path}: {error}") from error
-    return path
 
 
 def _print(record: FlightRecord, law: LawFit, actuator: ActuatorFit | None, numbers: dict[str, Any]) -> None:

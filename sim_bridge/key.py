@@ -19,6 +19,15 @@ class Key(NamedTuple):
     choices: Sequence[str] = ()
     kind: type = float
 
+    def takes(self) -> str:
+        """What it takes, in words: bounds, choices, or the kind of its value."""
+        if self.choices:
+            return ", ".join(self.choices)
+        if self.kind in (bool, str):
+            return "true, false" if self.kind is bool else "text"
+        bounds = f"{self.least:g} or more" if self.greatest == float("inf") else f"{self.least:g} to {self.greatest:g}"
+        return f"numbers, {bounds}" if self.kind is tuple else bounds
+
 
 def number(default: float | None, text: str, least: float = 0.0, greatest: float = float("inf")) -> Key:
     """A key that takes a number."""

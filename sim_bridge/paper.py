@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from analysis.delay import optimal_gain
+from analysis.picture_file import check_new_file, check_picture
 from analysis.plots import draw_lambert_w, draw_trajectory, draw_turning_angle, new_figure, save
 from sim_bridge.run import RunOptions, RunResult, run_scenario
 from sim_bridge.scenario import Scenario, load_scenario
@@ -17,6 +18,7 @@ from sim_bridge.scenario import Scenario, load_scenario
 _DELAY_S = {"turning-rate": 0.2, "one-point": 0.2, "four-point": 0.3, "vortex-lattice": 0.2}
 _COLUMNS = ("scenario", "verdict", "cross_track_rms_rad", "cross_track_max_rad", "turning_angle_rms_rad",
             "steering_rms", "saturated_fraction")
+_FIGURES = ("trajectory", "turning-angle")
 _ANGLE_WINDOW_S = 40.0
 
 
@@ -48,15 +50,23 @@ def paper_flights(plant: str) -> list[PaperFlight]:
     return flights
 
 
-def make_paper(folder: Path, plant: str, progress: Callable[[str], None]) -> list[dict[str, Any]]:
-    """Fly the three runs on `plant`, write figures and numbers.csv into `folder`, and return the table's rows."""
+def make_paper(folder: Path, plant: str, force: bool, progress: Callable[[str], None]) -> list[dict[str, Any]]:
+    """Fly the three runs on `plant`, write figures and numbers.csv into `folder`, and return the table's rows.
+
+    Raises:
+        FileRefusedError: one of the files is there already, and `force` is not set.
+    """
     folder.mkdir(parents=True, exist_ok=True)
+    flights = paper_flights(plant)
+    for name in ("lambert-w", *(f"{kind}-{flight.label}" for flight in flights for kind in _FIGURES)):
+        check_picture(folder / f"{name}.png", force)
+    check_new_file(folder / "numbers.csv", force)
     figure, axes = new_figure(6.0, 4.5)
     draw_lambert_w(axes)
     save(figure, folder / "lambert-w.png")
     progress("lambert-w.png")
     rows = []
-    for flight in paper_flights(plant):
+    for flight in flights:
         result = run_scenario(flight.scenario, RunOptions(), notice=progress)
         rows.append({column: result.numbers[column] for column in _COLUMNS})
         _draw(result, flight, folder)

@@ -9,7 +9,7 @@ from typing import Any
 
 from protocol.parameter_table import float32, load_parameters
 from sim_bridge.key import Value
-from sim_bridge.scenario_keys import KEYS, PLANTS, plants_that_know
+from sim_bridge.scenario_keys import KEYS, plants_that_know
 
 
 class ScenarioError(Exception):
@@ -134,8 +134,7 @@ def set_for_plant(scenario: Scenario, kind: str, notice: Callable[[str], None]) 
     Raises:
         ScenarioError: no such plant, or no set for it.
     """
-    if kind not in PLANTS:
-        raise ScenarioError(f"--set plant.kind={kind}: no such plant{_suggest(kind, PLANTS)}")
+    _checked("plant.kind", kind, f"--set plant.kind={kind}")
     if scenario["plant.kind"] == kind:
         return scenario
     family = scenario.name.removesuffix(f"-{scenario['plant.kind']}")
@@ -213,7 +212,7 @@ def _checked(key: str, value: Any, where: str) -> Value:
         wanted = {float: "a number", int: "a whole number", bool: "true or false", str: "text"}[entry.kind]
         raise ScenarioError(f"{where}: {key} takes {wanted}, not {value!r}")
     if entry.choices and value not in entry.choices:
-        raise ScenarioError(f"{where}: {key} is one of {', '.join(entry.choices)}, not {value!r}")
+        raise ScenarioError(f"{where}: {key} is one of {', '.join(entry.choices)}{_suggest(str(value), entry.choices)}")
     if entry.kind in (float, int) and not entry.least <= value <= entry.greatest:  # type: ignore[operator]
         raise ScenarioError(f"{where}: {key} = {value:g} is outside {entry.least:g} to {entry.greatest:g}")
     return value

@@ -114,7 +114,7 @@ def flash(port: str, entries: Mapping[str, Any], say: Callable[[str], None], dry
         files = lay_out(image, entries, architecture, probe.platform)
         plan = make_plan(image, files, probe)
         check_room(image, plan, probe)
-        settings = board_settings(entries)
+        settings = board_settings(entries, probe.platform)
         if "board.py" in probe.files:
             settings = tool.run("fs", "cat", ":board.py")
         say(f"{len(plan.copy)} files to copy, {len(plan.keep)} up to date, {len(plan.remove)} to remove")

@@ -11,12 +11,19 @@ from pathlib import Path
 from typing import Any
 
 import firmware_py
+from analysis.closest import closest
 from analysis.extras import ExtraMissingError
 from firmware_py.board_settings import check_settings
 
 MAIN = "import firmware_py.start\n"
 ARCHITECTURES = {"rp2": "armv6m", "esp32": "xtensawin"}  # of native code; armv6m runs on every Pico
 PACKAGE = "firmware_py"
+# Lines of the template that are another board's: UART 0 of an ESP32 is its console, its pins 6 to 11 are its flash's.
+_UNLIKE_A_PICO = {"esp32": {
+    "UART": "UART = 2", "UART_TX": "UART_TX = 17", "UART_RX": "UART_RX = 16", "LIGHT_PIN": "# LIGHT_PIN = 2",
+    "AZIMUTH": '# AZIMUTH = {"i2c": 0, "sda": 19, "scl": 18, "zero": 0, "direction": 1}',
+    "ELEVATION": '# ELEVATION = {"i2c": 1, "sda": 26, "scl": 25, "zero": 0, "direction": 1}',
+}}
 
 
 class BoardError(Exception):
@@ -39,20 +46,30 @@ def package_listing() -> dict[str, Any]:
     return {"urls": [[name, name] for name in names], "version": "0.1.0"}
 
 
-def board_settings(entries: Mapping[str, Any]) -> str:
-    """The text of board.py: the template with `entries` put in.
+def board_settings(entries: Mapping[str, Any], platform: str = "rp2") -> str:
+    """The text of board.py for a board of `platform`: the template with `entries` put in.
 
     Raises:
         BoardError: the template has no such entry.
     """
     text = (resources.files("sim_bridge") / "boards" / "board.py.template").read_text("utf-8")
+    for name, value in _UNLIKE_A_PICO.get(platform, {}).items():
+        text = _put(text, name, value)
     for name, value in entries.items():
-        line = re.search(rf"^(?:# )?{re.escape(name)} = .*$", text, re.MULTILINE)
-        if line is None:
-            raise BoardError(f"{name} is not a setting of board.py")
-        literal = json.dumps(value) if isinstance(value, str) else repr(value)
-        text = f"{text[:line.start()]}{name} = {literal}{text[line.end():]}"
+        text = _put(text, name, f"{name} = {json.dumps(value) if isinstance(value, str) else repr(value)}")
     return text
+
+
+def _put(text: str, name: str, new: str) -> str:
+    """`text` with the line `new` in the place of that of the entry `name`, commented out or not."""
+    line = re.search(rf"^(?:# )?{re.escape(name)} = .*$", text, re.MULTILINE)
+    if line is None:
+        raise BoardError(f"{name} is not a setting of board.py{closest(name, _names(text))}")
+    return f"{text[:line.start()]}{new}{text[line.end():]}"
+
+
+def _names(text: str) -> list[str]:
+    return re.findall(r"^(?:# )?([A-Z_]+) = ", text, re.MULTILINE)
 
 
 def read_entries(text: str) -> dict[str, Any] | None:
@@ -105,7 +122,7 @@ def lay_out(folder: Path, entries: Mapping[str, Any], architecture: str | None, 
     Raises:
         BoardError, ExtraMissingError: see compile_file, board_settings; the settings are wrong; the disk says no.
     """
-    settings = board_settings(entries)
+    settings = board_settings(entries, platform)
     check_board_settings(settings, platform)
     package = folder / PACKAGE
     try:

@@ -1,5 +1,6 @@
 """The choice of a plant by its name."""
 
+import os
 import threading
 import time
 from collections.abc import Callable
@@ -31,6 +32,18 @@ def make_plant(scenario: Scenario, position: Vector, direction: Vector) -> Plant
     return getattr(import_module(f"sim_bridge.plants.{module}"), name)(scenario, position, direction)
 
 
+def slowness(kind: str) -> str | None:
+    """What a person is told before a flight of a plant that would be compiled, and is not; None where all is well."""
+    if kind == "turning-rate":
+        return None
+    if find_spec("numba") is None:
+        return (f"without numba the {kind} plant flies at about real time: "
+                "pip install 'kitepilot[fast]' makes it some 50 times faster")
+    if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
+        return f"NUMBA_DISABLE_JIT is set: the {kind} plant flies at about real time, some 50 times slower than without"
+    return None
+
+
 def warm_up(scenario: Scenario, notice: Callable[[str], None]) -> None:
     """Have the scenario's plant compiled before the flight; `notice` is told if that takes a while.
 
@@ -40,8 +53,8 @@ def warm_up(scenario: Scenario, notice: Callable[[str], None]) -> None:
     kind = scenario["plant.kind"]
     if kind == "turning-rate":
         return
-    if find_spec("numba") is None:
-        notice(f"the {kind} plant flies as plain Python; pip install 'kitepilot[fast]' makes it much faster")
+    if slow := slowness(kind):
+        notice(slow)
         return
     waiting = threading.Timer(1.5, notice, [f"compiling the {kind} plant, once for this machine"])
     waiting.daemon = True

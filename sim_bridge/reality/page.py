@@ -7,6 +7,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+from analysis.picture_file import check_new_file
 from analysis.record_source import read_record
 from sim_bridge.notice import notice
 from sim_bridge.reality import plant_laws, real_flights
@@ -35,6 +36,7 @@ def add_reality_verb(verbs: Any) -> None:
         "as a Markdown page. Takes some minutes.")
     reality.add_argument("files", nargs="+", metavar="FLIGHT", help="real flights, two or more, CSV or CSV.gz")
     reality.add_argument("--out", metavar="FILE.md", default="reality.md", help="the page (default: reality.md)")
+    reality.add_argument("--force", action="store_true", help="write over a page that is there")
     reality.set_defaults(do=reality_command)
 
 
@@ -42,6 +44,7 @@ def reality_command(options: Namespace) -> int:
     """`kite-sitl reality`."""
     if len(options.files) < 2:
         raise ScenarioError("reality: two flights at least are needed, so that one can be predicted from another")
+    check_new_file(Path(options.out), options.force)
     text = _page([Path(name) for name in options.files])
     try:
         Path(options.out).write_text(text, "utf-8")

@@ -9,11 +9,12 @@ from typing import Any
 from tqdm import tqdm
 
 from analysis.metrics import RULE, VERDICTS
-from analysis.plots import new_figure, save
 from sim_bridge.notice import notice
 from sim_bridge.option_types import count, positive
+from sim_bridge.plants.choice import slowness
+from sim_bridge.plot_option import add_plot_option, plot_path, save_plot
 from sim_bridge.provenance import wind_fingerprint
-from sim_bridge.scenario import Scenario, ScenarioError
+from sim_bridge.scenario import Scenario
 from sim_bridge.scenario_options import scenario_of
 from sim_bridge.sweeps.axes import Axis, apply, grid, parse_axis, random_sample
 from sim_bridge.sweeps.execute import fly_all, make_executor
@@ -50,8 +51,7 @@ def add_sweep_verb(verbs: Any) -> None:
                        help="go on although other code flew the runs that are there; the column code tells them apart")
     sweep.add_argument("--jobs", type=count, metavar="N", help="processes at a time (default: one for each core)")
     sweep.add_argument("--scheduler", metavar="tcp://HOST:PORT", help="a Dask scheduler whose workers fly instead")
-    sweep.add_argument("--plot", nargs="?", const="", metavar="FILE",
-                       help="plot the first two axes, with the theory's limits (default: the CSV's name, .png)")
+    add_plot_option(sweep, "plot the first two axes, with the theory's limits", "the CSV's name, .png")
     sweep.add_argument("--json", action="store_true", help="print a summary as JSON")
     sweep.set_defaults(do=sweep_command)
 
@@ -60,20 +60,24 @@ def sweep_command(options: Namespace) -> int:
     """`kite-sitl sweep`: 0 when all runs have been flown, 130 after Ctrl-C."""
     base = scenario_of(options, notice)
     axes = [parse_axis(text) for text in options.over]
-    if options.plot is not None:
-        new_figure()  # says now, and not after an hour, if there is no matplotlib
+    if slow := slowness(base["plant.kind"]):
+        notice(slow)
+    out = Path(options.out or f"{base.name}-sweep.csv")
+    options.force |= out.exists()  # a sweep that goes on draws its own map again
+    plot = plot_path(options, out.with_suffix(".png"))
     points = random_sample(axes, options.runs, base["run.seed"]) if options.runs else grid(axes)
     scenarios = [_scenario_of_run(base, axes, values, run) for run, values in enumerate(points)]
     winds = sorted({scenario["wind.file"] for scenario in scenarios} - {""})
     plan = {"scenario": base.to_dict(), "over": options.over, "runs": options.runs or 0,
             "wind": {path: wind_fingerprint(path) for path in winds}}
-    results = Results(Path(options.out or f"{base.name}-sweep.csv"), plan, [axis.key for axis in axes],
-                      options.other_code)
+    results = Results(out, plan, [axis.key for axis in axes], options.other_code)
     try:
         interrupted = _fly(options, axes, points, scenarios, results)
     finally:
         results.close()
-    _report(options, axes, base, len(points), results)
+    if plot and results.rows:
+        save_plot(draw_map(base, axes, list(results.rows.values())), plot)
+    _report(options, len(points), results, plot if results.rows else None)
     return 130 if interrupted else 0
 
 
@@ -107,16 +111,9 @@ def _fly(options: Namespace, axes: list[Axis], points: list[tuple[str, ...]], sc
     return False
 
 
-def _report(options: Namespace, axes: list[Axis], base: Scenario, runs: int, results: Results) -> None:
+def _report(options: Namespace, runs: int, results: Results, plot: Path | None) -> None:
     verdicts = [row["verdict"] for row in results.rows.values()]
     counts = {name: verdicts.count(name) for name in _VERDICTS if name in verdicts}
-    plot = None
-    if options.plot is not None and results.rows:
-        plot = Path(options.plot) if options.plot else results.path.with_suffix(".png")
-        try:
-            save(draw_map(base, axes, list(results.rows.values())), plot)
-        except (OSError, ValueError) as error:
-            raise ScenarioError(f"--plot {plot}: {error}") from error
     if options.json:
         print(json.dumps({"runs": runs, "flown": len(verdicts), "verdicts": counts, "results": str(results.path),
                           "plot": str(plot) if plot else None}))

@@ -27,8 +27,12 @@ def free_port() -> int:
 
 @pytest.mark.parametrize(("arguments", "said"), [
     ("", "COMMAND"),
-    ("fly", "invalid choice: 'fly'"),
-    ("mode loiter", "invalid choice: 'loiter'"),
+    ("fly", "no command 'fly'; there are monitor, mode,"),
+    ("montior", "no command 'montior'; did you mean monitor?"),
+    ("param sett INNER_P 2", "no command 'sett'; did you mean set?"),
+    ("param show --jsn", "--jsn is not understood; did you mean --json?"),
+    ("--system 300 monitor", "300 is outside 1 to 255"),
+    ("mode loiter", "'loiter' is not one of standby, manual, park, track"),
     ("tune --step 5x", "'5x' is no step: should be such as +10% or -5%"),
     ("tune --step +150%", "should be from -90% to +100%, and not 0"),
     ("tune --step -95%", "should be from -90% to +100%, and not 0"),

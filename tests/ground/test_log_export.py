@@ -118,7 +118,7 @@ def test_ulog_opens_with_pyulog_and_holds_everything(flight, tmp_path):
 
 
 def test_what_cannot_be_exported_is_answered_in_one_line(flight, tmp_path, capsys):
-    for arguments, said in ((["--out", str(tmp_path / "none" / "f.csv")], "there is no folder"),
+    for arguments, said in ((["--out", str(flight.path / "f.csv")], "is not a folder"),
                             (["--format", "ulog", "--all"], "--all is for --format csv"),
                             (["--system", "9"], "holds the autopilots of systems 1: check --system")):
         assert main(["log", "export", str(flight.path), *arguments]) == 2

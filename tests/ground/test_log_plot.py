@@ -72,7 +72,7 @@ def test_what_cannot_be_drawn_is_answered_in_one_line(flight, tmp_path, capsys, 
         error = capsys.readouterr().err
         assert said in error and error.count("\n") == 1
 
-    is_told("a picture's name ends in .png, .svg or .pdf", "--out", str(tmp_path / "flight.txt"))
+    is_told("a picture's name ends in .png, .svg, .pdf or .jpg", "--out", str(tmp_path / "flight.txt"))
     is_told("nothing of it is from 99 to", "--from", "99")
     is_told("'soon' is not a number", "--from", "soon")
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)

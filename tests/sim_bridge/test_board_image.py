@@ -59,6 +59,20 @@ def test_the_template_holds_good_settings_and_takes_others():
         board_settings({"SERVO_PINN": 15})
 
 
+def test_an_esp32_gets_settings_of_its_own_that_hold(capsys, tmp_path):
+    """Also where the encoders are taken from the comments as they are."""
+    assert main(["board-image", str(tmp_path), "--platform", "esp32"]) == 0
+    text = (tmp_path / "board.py").read_text()
+    told = read_entries(text)
+    assert told is not None and (told["UART"], told["UART_TX"], told["UART_RX"]) == (2, 17, 16)
+    flying = text.replace("# AZIMUTH", "AZIMUTH").replace("# ELEVATION", "ELEVATION").replace("# LIGHT", "LIGHT")
+    flying = flying.replace('SENSORS = "hil"', 'SENSORS = "line-angles"').replace("SERVO_PIN = None", "SERVO_PIN = 13")
+    check_board_settings(flying, "esp32")
+    pins = read_entries(flying) or {}
+    used = {pins[name][pin] for name in ("AZIMUTH", "ELEVATION") for pin in ("sda", "scl")}
+    assert not used & set(range(6, 12))  # where an ESP32's flash is
+
+
 def test_settings_are_judged_from_here_where_that_is_possible():
     with pytest.raises(BoardError, match=r"board.py: UART is missing: .* \(and 3 more\)"):
         check_board_settings('LINK = "uart"\n', "rp2")
@@ -86,7 +100,8 @@ def test_the_command_says_what_it_made_and_what_is_wrong_in_one_line(capsys, tmp
         ([str(tmp_path / "b"), "--link", "wifi", "--ssid", "x", "--ground", "here"], "GROUND = 'here' is wrong: write"),
         ([str(tmp_path / "b"), "--set", "SERVO_PIN"], "write ENTRY=VALUE"),
         ([str(tmp_path / "b"), "--set", "SERVO_PIN=99"], "SERVO_PIN = 99 is wrong"),
-        ([str(tmp_path / "b"), "--platform", "esp32"], "UART = 0 is wrong"),
+        ([str(tmp_path / "b"), "--set", "SERVO_PINN=9"], "SERVO_PINN is not a setting of board.py; did you mean SERVO"),
+        ([str(tmp_path / "b"), "--platform", "esp32", "--set", "UART=0"], "UART = 0 is wrong"),
     ):  # fmt: skip
         code, _, err = run(capsys, "board-image", *arguments)
         assert code == 2 and says in err and len(err.splitlines()) == 1, err

@@ -69,7 +69,7 @@ def test_bad_input_is_one_line_and_exit_code_2(capsys, tmp_path):
         ("run", "paper-delay", "--param", "INNER_P=99"): "INNER_P = 99 is outside 0.0625 to 50 1/s",
         ("run", str(broken)): "broken TOML",
         ("run", str(tmp_path / "none.toml")): "No such file",
-        ("run", "paper-delay", "--ground"): "--runtime cpython",
+        ("run", "paper-delay", "--ground", "--runtime", "inproc"): "--runtime cpython",
         ("run", "paper-delay", "--log", str(tmp_path / "full")): "not empty",
         ("run", "paper-delay", "--param", "EIGHT_HALF_H=1"): "eight turns in",
         ("run", "paper-delay", "--duration", "1", "--plot", str(tmp_path / "x.nonsense")): "nonsense",

@@ -108,13 +108,19 @@ def test_only_what_changed_is_copied_and_board_py_never_over_another(capsys, mpr
     ("kitepilot-probe rp2 micropython 1 27\nfree 4096 200\n", 0, "MicroPython 1.27 on the board is too old: 1.28"),
     ("kitepilot-probe stm32 micropython 1 28\nfree 4096 200\n", 0, "there is no board module for stm32"),
     ("kitepilot-probe rp2 micropython 1 28\nfree 4096 3\n", 0, "no room on the board: "),
-    (PROBE.replace("rp2", "esp32"), 0, "UART = 0 is wrong"),
 ])  # fmt: skip
 def test_what_is_wrong_with_a_board_is_said_in_one_line(capsys, mpremote, says, code, expected):
     calls = mpremote(says, code)
     exit_code, _, err = run(capsys, "/dev/ttyACM0")
     assert exit_code == 2 and expected in err and len(err.splitlines()) == 1, err
     assert "reset" not in calls.read_text()
+
+
+def test_an_esp32_gets_a_uart_that_is_not_its_console(capsys, mpremote):
+    calls = mpremote(PROBE.replace("rp2", "esp32"))
+    assert run(capsys, "/dev/ttyUSB0")[0] == 0 and calls.read_text().splitlines()[-1] == "reset"
+    code, _, err = run(capsys, "/dev/ttyUSB0", "--set", "UART=0")
+    assert code == 2 and "UART = 0 is wrong: write a whole number from 1 to 2" in err
 
 
 def test_bad_settings_on_the_board_are_said_instead_of_waiting_for_it(capsys, mpremote):
