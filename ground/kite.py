@@ -149,10 +149,12 @@ class Kite:
     def link(self) -> LinkReport:
         """How the links do at present; the round trip (TIMESYNC) over the last minute."""
         connection = self.session.connection
-        now_s = connection.clock()
-        statistics = connection.statistics
-        return LinkReport(statistics.rate_hz(now_s), statistics.loss(now_s),
-                          connection.round_trip.summary(now_s, _DELAY_WINDOW_S), now_s - (statistics.last_s or now_s))
+        with self._serving.held():  # the statistics forget what is old while they are read
+            now_s = connection.clock()
+            statistics = connection.statistics
+            return LinkReport(
+                statistics.rate_hz(now_s), statistics.loss(now_s),
+                connection.round_trip.summary(now_s, _DELAY_WINDOW_S), now_s - (statistics.last_s or now_s))
 
     def close(self) -> None:
         """Close the links. May be called twice."""

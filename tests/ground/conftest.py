@@ -7,7 +7,7 @@ import pytest
 from firmware_py.generated_parameters import PARAMETERS
 from ground.links import Links
 from ground.session import Session
-from ground.transport import LinkError
+from ground.transport import LinkError, OnePeer
 from protocol import dialect
 from sim_bridge.flight import Flight
 from sim_bridge.ground_path import GroundLink
@@ -23,7 +23,7 @@ _VALID = (dialect.KITE_VALID_AZIMUTH | dialect.KITE_VALID_ELEVATION | dialect.KI
 _START_S = 1_700_000_000.0  # the wall clock when the simulation begins
 
 
-class SimulatedLink:
+class SimulatedLink(OnePeer):
     """One emulated radio link to a simulated kite, as a ground station's transport. `broken`: the port is gone."""
 
     def __init__(self, kite: "SimulatedKite", settings: LinkSettings, seed: int) -> None:
