@@ -21,6 +21,11 @@ class Received(NamedTuple):
     frame: bytes
 
 
+def frame_sequence(frame: bytes | bytearray) -> int:
+    """The frame's sequence number."""
+    return frame[4 if frame[0] == dialect.PROTOCOL_MARKER_V2 else 2]
+
+
 class FrameReader:
     """Finds frames in bytes as they come. A bad one costs itself only: the search goes on a byte after its start."""
 
@@ -62,8 +67,8 @@ class FrameReader:
         if isinstance(message, dialect.MAVLink_unknown) and not self._ends_cleanly(len(frame)):
             return None
         make_printable(message)
-        at = 4 if frame[0] == dialect.PROTOCOL_MARKER_V2 else 2
-        return Received(message, frame[at + 1], frame[at + 2], frame[at], bytes(frame))
+        at = 5 if frame[0] == dialect.PROTOCOL_MARKER_V2 else 3
+        return Received(message, frame[at], frame[at + 1], frame_sequence(frame), bytes(frame))
 
     def _ends_cleanly(self, length: int) -> bool:
         """Whether another frame, or nothing, follows: all there is to tell an unknown message from noise."""
