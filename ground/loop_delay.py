@@ -49,8 +49,9 @@ def measure_loop_delay(states: "dict[str, np.ndarray]") -> LoopDelay:
     count = len(states["time_s"])
     age = states["sample_age_s"]
     age_s, low_s, high_s = (float(np.quantile(age, q)) for q in (0.5, 0.05, 0.95)) if count else (-1.0, 0.0, 0.0)
-    known = 0.0 <= age_s <= _PLAUSIBLE_AGE_S
     whole_s, fit = _fit(states) if count >= _LEAST_STATES else (None, 0.0)
+    greatest_s = _PLAUSIBLE_AGE_S if whole_s is None else whole_s + _STEP_S  # beyond, two clocks just look alike
+    known = 0.0 <= age_s <= greatest_s
     return LoopDelay(whole_s, fit, age_s if known else None, low_s, high_s, count)
 
 

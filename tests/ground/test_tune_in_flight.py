@@ -57,7 +57,7 @@ def test_a_step_towards_the_limit_is_refused_and_one_that_runs_away_is_taken_bac
     operator.is_told(UsageError, "not set: INNER_P = 10 would be unstable: the limit is 6.7", "tune", "--delay", "0.2",
                      "--step", "+100%", "--yes")
     assert operator.runs("tune", "--delay", "0.02", "--step", "+100%", "--yes", "--duration", "30") == 0
-    assert "the turning angle ran away: INNER_P = 5 again, acknowledged by the vehicle" in operator.said
+    assert "the flight ran away: INNER_P = 5 again, acknowledged by the vehicle" in operator.said
     assert operator.kite.firmware_parameter("INNER_P") == float32(5.0)
 
 
