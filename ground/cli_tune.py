@@ -99,12 +99,12 @@ def tune(args: argparse.Namespace, connect: Connect) -> int:
 
 
 def _measure(args: argparse.Namespace, session: Session, flight: TuningFlight) -> DelayReport:
-    """The delay in the loop from the flight itself. Raises UsageError where that does not tell it."""
+    """The delay in the loop from the flight itself. Raises UsageError where nothing tells it, PRED_DELAY neither."""
     _teller(args)(f"measuring the delay for {args.seconds:g} s of flight")
     report = flight.measure_delay(args.seconds)
     if not args.json:
         print("\n".join(delay_lines(report)) + "\n", flush=True)
-    if report.loop.whole_s is None:
+    if report.loop.whole_s is None and not session.parameters.fetch("PRED_DELAY"):
         raise UsageError(f"the delay in the loop cannot be told from {report.loop.states} states in "
                          f"{session.state.mode_name}: steering explains {report.loop.fit:.0%} of the turning; "
                          "fly TRACK for longer (--seconds 40), or give --delay S")
@@ -113,9 +113,13 @@ def _measure(args: argparse.Namespace, session: Session, flight: TuningFlight) -
 
 def _advise(args: argparse.Namespace, session: Session, flight: TuningFlight,
             report: DelayReport | None) -> tuple[GainAdvice, FlownAdvice]:
-    delay_s = args.delay or max((report and report.loop.whole_s) or 0.0, _LEAST_DELAY_S)
     loop_hz = args.loop_hz or session.parameters.fetch(RATE_NAME)
     law = read_law(session)
+    measured_s = report and report.loop.whole_s
+    if report and measured_s is None:
+        _teller(args)(f"this flight does not tell the delay: PRED_DELAY = {law.predicted_s:.4g} s is taken for it")
+        measured_s = law.predicted_s
+    delay_s = args.delay or max(measured_s or 0.0, _LEAST_DELAY_S)
     advice = tuning.advise(delay_s, loop_hz, session.parameters.fetch(GAIN_NAME))
     session.connection.wait_until(lambda: session.state.position is not None, _POSITION_WAIT_S)
     speed = args.speed_over_length or tuning.speed_over_length(session.state)

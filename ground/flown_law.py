@@ -14,10 +14,10 @@ from ground.tuning import GAIN_NAME, OUTER_NAME, GainAdvice
 from ground.tuning_flight import Effect
 from protocol.parameter_table import float32
 
-_SETTINGS = ("PRED_DELAY", "PRED_RATE", "FF_GAIN", "FF_FILTER", "GAIN_TAU")
+_SETTINGS = ("PRED_DELAY", "FF_GAIN", "FF_FILTER", "GAIN_TAU")
 _EIGHT = ("EIGHT_AZIMUTH", "EIGHT_ELEVATION", "EIGHT_HALF_W", "EIGHT_HALF_H", "EIGHT_DIRECTION")
 WRONG_DELAY = 0.25  # the share of the delay that a prediction may be wrong by
-SLEWING = 0.1  # steering that a rate-limited actuator is behind by, as in docs/delay.md
+_TICK_S = 0.02  # what a firmware on a clock of its own waits for its samples
 _MARGIN = 2.0  # of P
 _WORTH = 0.85  # of the error: less of a gain than that is within what a flight varies by
 _LIKELY = (0.3, 2.0)  # what was measured over what the equation says: beyond, something else makes the error
@@ -29,7 +29,6 @@ class FlownLaw(NamedTuple):
     """The law, by the vehicle's own parameters; `eight` is what it follows, None where it is not in TRACK."""
 
     predicted_s: float
-    rate_per_s: float
     feed_forward: float
     filter_s: float
     scheduled: bool
@@ -74,8 +73,7 @@ def read_law(session: Session) -> FlownLaw:
     if session.state.mode_name == "TRACK":
         shape = {name: session.parameters.fetch(name) for name in _EIGHT}
         eight = TargetEight.from_parameters(shape.__getitem__)
-    return FlownLaw(values["PRED_DELAY"], values["PRED_RATE"], values["FF_GAIN"], values["FF_FILTER"],
-                    values["GAIN_TAU"] > 0.0, eight)
+    return FlownLaw(values["PRED_DELAY"], values["FF_GAIN"], values["FF_FILTER"], values["GAIN_TAU"] > 0.0, eight)
 
 
 def advise_on(law: FlownLaw, advice: GainAdvice, speed: float | None, outer_l: float,
@@ -208,8 +206,7 @@ def describe_flown(found: FlownAdvice, advice: GainAdvice) -> list[str]:
 
 
 def _prediction_line(law: FlownLaw, delay_s: float) -> str:
-    slack_s = WRONG_DELAY * law.predicted_s + (SLEWING / law.rate_per_s if law.rate_per_s else 0.0)
-    if delay_s < (1.0 - WRONG_DELAY) * law.predicted_s or delay_s > law.predicted_s + slack_s + 0.02:
+    if abs(delay_s - law.predicted_s) > WRONG_DELAY * law.predicted_s + _TICK_S:
         return f"       tau = {delay_s:.4g} s is not what PRED_DELAY says: kite-ground tune --identify"
     return "       the delay is predicted, so that the paper's limit below does not hold"
 

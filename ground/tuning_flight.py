@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from ground.connection import SILENCE_S
 from ground.errors import NoAnswerError, UsageError
-from ground.loop_delay import LoopDelay, measure_loop_delay
+from ground.loop_delay import LoopDelay, Slewing, measure_loop_delay
 from ground.round_trip import DelaySummary
 from ground.session import Session
 from ground.state_history import StateHistory
@@ -65,8 +65,13 @@ class TuningFlight:
         self._session, self._history = session, history
 
     def measure_delay(self, seconds: float = DELAY_MEASURE_S) -> DelayReport:
-        """Fly on for `seconds` of the kite's time, and tell the delays. Raises NoAnswerError as `fly`."""
+        """Fly on for `seconds` of the kite's time, and tell the delays. Raises NoAnswerError as `fly`.
+
+        Where the kite predicts, the limits of its actuator are known (`PRED_RATE`, `PRED_SAT`): the delay is the dead
+        time alone then, as `PRED_DELAY` is.
+        """
         connection = self._session.connection
+        actuator = self._actuator()
         usual_s, connection.timing_period_s = connection.timing_period_s, _TIMING_PERIOD_S
         started_s = connection.clock()
         try:
@@ -75,7 +80,7 @@ class TuningFlight:
         finally:
             connection.timing_period_s = usual_s
         now_s = connection.clock()
-        return DelayReport(measure_loop_delay(self._history.arrays(seconds)),
+        return DelayReport(measure_loop_delay(self._history.arrays(seconds), actuator),
                            connection.round_trip.summary(now_s, now_s - started_s))
 
     def effect(self, seconds: float) -> Effect:
@@ -147,6 +152,10 @@ class TuningFlight:
             if flown_s > 0.0 and stop():
                 break
         return flown_s
+
+    def _actuator(self) -> Slewing:
+        fetch = self._session.parameters.fetch
+        return Slewing(fetch("PRED_RATE"), fetch("PRED_SAT")) if fetch("PRED_DELAY") else Slewing()
 
     def _check_track(self) -> None:
         if self._session.state.mode != dialect.KITE_MODE_TRACK:
