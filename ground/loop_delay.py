@@ -7,8 +7,8 @@ the whole of it: steering link, actuator, kite, sensors, sample link, estimator.
 part of it.
 
 An actuator that needs time to slew makes the steering's turn later than the dead time, by as much as it is asked to
-move. Where its limits are known, the asked steering goes through them first, and tau is the dead time alone; and the heading,
-where it is measured, takes the course's place, as wind turns the one and not the other.
+move. Where its limits are known, the asked steering goes through them first, and tau is the dead time alone; and the
+heading, where it is measured, takes the course's place, as wind turns the one and not the other.
 """
 
 from typing import TYPE_CHECKING, Any, NamedTuple
