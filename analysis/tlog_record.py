@@ -14,7 +14,7 @@ from protocol import dialect
 
 _WRAP_US = 1 << 30
 _SMOOTHING_S = 0.3
-_SAME_CLOCK_US = 2_000_000
+_SAME_CLOCK_S = 2.0
 _EVERY_TICK_S = 0.03  # messages that come more often than this are those of every tick of the control loop
 _BITS = {
     "azimuth": dialect.KITE_VALID_AZIMUTH, "elevation": dialect.KITE_VALID_ELEVATION,
@@ -24,12 +24,12 @@ _BITS = {
 }
 
 
-def read_tlog_record(path: Path) -> FlightRecord:
+def read_tlog_record(path: Path, on_the_sensors_clock: bool = False) -> FlightRecord:
     """The flight of the first kite in the tlog at `path`; rows in STANDBY are not selected.
 
-    Rows lie at the times of the commands, on the firmware's clock where it is that of the sensors too, else at the
-    time of the sample that they answer. A course that was not measured is taken as the firmware
-    found it.
+    Rows lie at the times of the commands, on the firmware's clock where it is that of the sensors too, else (and always
+    if `on_the_sensors_clock`) earlier by the usual age of a sample: a delay found from them has that age in it, and the
+    two clocks need not agree. A course that was not measured is taken as the firmware found it.
 
     Raises:
         FlightDataError: it cannot be read, or holds no kite.
@@ -39,7 +39,7 @@ def read_tlog_record(path: Path) -> FlightRecord:
     series, rows_s = _samples(states if from_states else sensors, from_states)
     later = np.empty(0, dtype=bool)
     if states:
-        asked_s = _seconds(states, _command_clock(states))
+        asked_s = _command_times(states, on_the_sensors_clock)
         later = _newer(asked_s)
         rows_s = asked_s[later]
         asked = np.array([message.steering_asked for _, message in states], dtype=float)
@@ -108,10 +108,12 @@ def _decoded(path: Path, kinds: set[int]) -> Iterator[tuple[int, Any]]:
         raise FlightDataError(str(error)) from error
 
 
-def _command_clock(states: list[tuple[int, Any]]) -> str:
-    """The field that says when a command was given, on the clock of the samples."""
-    age_us = np.array([(message.time_us - message.sample_time_us) % _WRAP_US for _, message in states])
-    return "time_us" if np.median(age_us) < _SAME_CLOCK_US else "sample_time_us"
+def _command_times(states: list[tuple[int, Any]], on_the_sensors_clock: bool) -> Array:
+    """When the commands were given [s], on the clock of the samples; see `read_tlog_record`."""
+    given_s, sampled_s = _seconds(states, "time_us"), _seconds(states, "sample_time_us")
+    age_s = float(np.median(given_s - sampled_s))
+    one_clock = 0.0 <= age_s % (_WRAP_US * 1e-6) < _SAME_CLOCK_S
+    return given_s if one_clock and not on_the_sensors_clock else given_s - age_s
 
 
 def _seconds(messages: list[tuple[int, Any]], field: str) -> Array:

@@ -1,13 +1,22 @@
-"""What is wrong with the flight or the link, in words that say what to do about it."""
+"""What is wrong with the flight or the link, in words that say what to do about it.
+
+Advice follows from what is known. A silent link says nothing about the flight; a firmware that stood still, or sensors
+that do, say nothing about the gains. Only after these are ruled out is a swinging kite blamed on its gain.
+"""
 
 import math
 from collections import deque
+from itertools import pairwise
 
-from ground.framing import Message
+from ground.framing import Message, frame_sequence
 from ground.session import Session
 from protocol import dialect
 
-SILENT_S = 3.0
+SILENT_S = 3.0  # where messages are rare,
+_LEAST_SILENT_S, _MISSED = 1.0, 10  # and where they come often: so many in a row do not come
+_STOOD_S = 1.0
+_FROZEN_S = 1.0
+_AT_ONCE = 3  # messages that go out in a tick
 _WINDOW_S = 10.0
 _RECENT_S = 5.0
 _UNHEARD_S = 8.0  # where a third is lost each way, one in 300 such stretches is chance
@@ -23,6 +32,8 @@ class Advisor:
     def __init__(self, session: Session) -> None:
         self._session = session
         self._states: deque[tuple[float, dialect.MAVLink_kite_state_message]] = deque()
+        self._sequence = 0
+        self._stood: tuple[float, float] | None = None  # when the firmware went on again, and for how long it had not
         session.connection.add_observer(self._observe)
 
     def warnings(self) -> list[str]:
@@ -30,25 +41,64 @@ class Advisor:
         silent = self._silence()
         if silent:
             return [silent]
-        found = [self._unheard(), self._neutral(), self._swinging(), self._lossy(), self._overruns(), self._late(),
-                 self._saturated(), self._slow(), self._dropped(), self._broken_links(), self._others()]
+        blind = [self._stood_still(), self._frozen(), self._neutral()]
+        flight = [] if any(blind) else [self._swinging(), self._saturated()]
+        found = [self._unheard(), *blind, *flight, self._lossy(), self._overruns(), self._late(), self._slow(),
+                 self._dropped(), self._broken_links(), self._others()]
         return [text for text in found if text]
 
     def _observe(self, time_s: float, message: Message, frame: bytes) -> None:
         if isinstance(message, dialect.MAVLink_kite_state_message):
+            self._look_for_a_stand(time_s, message, frame_sequence(frame))
             self._states.append((time_s, message))
             while self._states[0][0] < time_s - _WINDOW_S:
                 self._states.popleft()
+
+    def _look_for_a_stand(self, time_s: float, message: dialect.MAVLink_kite_state_message, sequence: int) -> None:
+        """No state came for a while, and yet no message is missing: the firmware itself stood still."""
+        sent = (sequence - self._sequence) % 256
+        self._sequence = sequence
+        if not self._states:
+            return
+        gap_s = time_s - self._states[-1][0]
+        if gap_s > max(_STOOD_S, _MISSED * self._usual_s()) and sent <= _AT_ONCE:
+            self._stood = time_s, gap_s
+
+    def _usual_s(self) -> float:
+        """The time from one state to the next [s], as it mostly is."""
+        steps_s = sorted(later - earlier for (earlier, _), (later, _) in pairwise(self._states))
+        return steps_s[len(steps_s) // 2] if steps_s else 0.0
+
+    def _stood_still(self) -> str | None:
+        if self._stood is None or self._session.connection.clock() - self._stood[0] > _WINDOW_S:
+            return None
+        return (f"the firmware stood still for {self._stood[1]:.1f} s, and the kite was not steered: "
+                "PARK it, and look at the board's power and load")
+
+    def _frozen(self) -> str | None:
+        """States come, and say the same over and over, in flight."""
+        flying = [(time_s, (state.sample_time_us, state.azimuth, state.elevation))
+                  for time_s, state in self._states if state.mode != dialect.KITE_MODE_STANDBY]
+        if len(flying) < _FEW:
+            return None
+        newest_s, newest = flying[-1]
+        since_s = next((time_s for time_s, told in reversed(flying)
+                        if told[0] != newest[0] and told[1:] != newest[1:]), flying[0][0])
+        if newest_s - since_s < _FROZEN_S:
+            return None
+        return (f"the position has not changed for {newest_s - since_s:.0f} s, though messages come: "
+                "look at the sensors and their link, and take over by hand")
 
     def _silence(self) -> str | None:
         connection = self._session.connection
         last_s = connection.statistics.last_s
         silent_s = 0.0 if last_s is None else connection.clock() - last_s
-        if silent_s <= SILENT_S:
+        usual_hz = connection.statistics.rate_hz(connection.clock())
+        if silent_s <= min(max(_LEAST_SILENT_S, _MISSED / max(usual_hz, 1e-3)), SILENT_S):
             return None
         problems = "; ".join(link.problem for link in self._session.links.all if link.problem)
-        return (f"NO MESSAGE FOR {silent_s:.0f} s, all below is old: " + (problems or "look at the kite's power, the "
-                "radio and the cable") + "; it is tried again by itself")
+        return (f"NO MESSAGE FOR {silent_s:.{silent_s < 10.0:d}f} s, all below is old: "
+                + (problems or "look at the kite's power, the radio and the cable") + "; retrying")
 
     def _unheard(self) -> str | None:
         connection = self._session.connection
@@ -111,7 +161,7 @@ class Advisor:
 
     def _broken_links(self) -> str | None:
         problems = [link.problem for link in self._session.links.all if link.problem]
-        return f"{problems[0]}; it is tried again by itself" if problems else None
+        return f"{problems[0]}; retrying" if problems else None
 
     def _others(self) -> str | None:
         if not (others := self._session.connection.others):

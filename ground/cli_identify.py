@@ -5,15 +5,14 @@ import json
 import math
 
 from ground import tuning
-from ground.errors import UsageError, VehicleError
+from ground.errors import UsageError
 from ground.flight_identification import Identified, identify_in_flight, propose
-from ground.parameter_changes import Change, ChangeState
 from ground.session import Session
 from ground.state_history import StateHistory
 from ground.terminal import confirm, tell
+from ground.trial import Trial
 from ground.tuning import RATE_NAME
-from ground.tuning_flight import Effect, TuningFlight, measure_effect
-from protocol.parameter_table import float32
+from ground.tuning_flight import Effect, TuningFlight
 
 LEAST_SECONDS = 40.0
 _SETTLE_S = 10.0
@@ -27,7 +26,7 @@ def identify_and_set(args: argparse.Namespace, session: Session, history: StateH
     if not args.json:
         tell(f"watching {seconds:.0f} s of flight")
     found = identify_in_flight(session, history, seconds, loop_hz)
-    before = measure_effect(history.arrays(seconds))
+    before = flight.effect(seconds)
     speed = args.speed_over_length or tuning.speed_over_length(session.state)
     if not speed:
         raise UsageError("the kite does not say how fast it flies: --speed-over-length X, in 1/s")
@@ -36,16 +35,21 @@ def identify_and_set(args: argparse.Namespace, session: Session, history: StateH
     if not args.json:
         print("\n".join([*_found_lines(found), "", *_proposal_lines(parts, old)]), flush=True)
     after, kept = None, False
-    if args.yes or (not args.json and confirm(session, "set these?")):
-        _write(session, parts)
-        if not args.json:
-            tell(f"acknowledged; {_SETTLE_S:.0f} s to settle, then {seconds:.0f} s to measure")
-        flight.fly(_SETTLE_S + seconds)
-        after = measure_effect(history.arrays(seconds))
-        kept = _keep(args, session, old, parts, before, after)
+    if args.yes or (not args.json and confirm(session, "fly with these?")):
+        with Trial(session, tell) as trial:
+            for name, value in {**parts[0], **parts[1]}.items():  # gains for a predicted kite come after the prediction
+                trial.set(name, value)
+            if not args.json:
+                tell(f"acknowledged; {_SETTLE_S:.0f} s to settle, then {seconds:.0f} s to measure")
+            after, diverged = flight.try_out(trial, before, _SETTLE_S, seconds)
+            kept = _keep(args, session, before, after, diverged)
+            if kept:
+                trial.keep()
     if args.json:
         print(json.dumps({**_as_dictionary(found), "proposed": {**parts[0], **parts[1]}, "present": old,
                           "before": before._asdict(), "after": after and after._asdict(), "written": kept}, indent=2))
+    elif after is not None:
+        print("kept, acknowledged by the vehicle" if kept else "the old values are back, acknowledged by the vehicle")
     return 0
 
 
@@ -57,8 +61,9 @@ def _found_lines(found: Identified) -> list[str]:
         f"  gravity          {law.gravity_m_s2:9.4f} +- {law.gravity_m_s2_std:.2g} m/s2",
         f"  offset           {law.offset_rad_s:9.4f} +- {law.offset_rad_s_std:.2g} rad/s",
         f"delay in the loop  {found.delay_s:9.4f} +- {found.delay_s_std:.2g} s",
-        f"  samples' age     {found.sample_age_s:9.4f} s",
-        f"  steering link and actuator {actuator.dead_time_s:.4f} s, R2 {actuator.actuator_r2:.4f}",
+        f"  samples' age     {found.sample_age_s:9.4f} s" if found.sample_age_s is not None else
+        "  samples' age             -     sensor and firmware clocks differ",
+        f"  from a sample to the actuator's reply {actuator.dead_time_s:.4f} s, R2 {actuator.actuator_r2:.4f}",
     ]
     if actuator.rate_limit_per_s:
         lines.append(f"actuator's rate    {actuator.rate_limit_per_s:9.4f} per second")
@@ -70,29 +75,16 @@ def _proposal_lines(parts: tuple[dict[str, float], dict[str, float]], old: dict[
             *(f"{name:<14}{old[name]:>10.4g}{value:>10.4g}" for values in parts for name, value in values.items())]
 
 
-def _write(session: Session, parts: tuple[dict[str, float], dict[str, float]]) -> None:
-    """Set one part after the other: gains for a predicted kite must not come before the prediction."""
-    for values in parts:
-        changes = [Change(name, None, float32(value)) for name, value in values.items()]
-        session.parameters.write(changes)
-        refused = [change for change in changes if change.state is ChangeState.REFUSED]
-        if refused:
-            raise VehicleError(f"{refused[0].name}: {refused[0].reason}; `kite-ground param revert` goes back")
-
-
-def _keep(args: argparse.Namespace, session: Session, old: dict[str, float],
-          parts: tuple[dict[str, float], dict[str, float]], before: Effect, after: Effect) -> bool:
-    """Show the effect, and go back if it is asked for, or by itself where the flight got worse."""
+def _keep(args: argparse.Namespace, session: Session, before: Effect, after: Effect, diverged: bool) -> bool:
+    """Show the effect; whether the new values stay."""
     if not args.json:
         for name, was, now in (("cross-track error, RMS", before.cross_track_rad, after.cross_track_rad),
                                ("turning-angle error, RMS", before.turning_rad, after.turning_rad)):
-            print(f"{name:<26}{math.degrees(was):>6.2f} deg before{math.degrees(now):>8.2f} deg after")
-    back = after.cross_track_rad > before.cross_track_rad if args.yes else confirm(session, "go back?")
-    if back:
-        _write(session, ({name: old[name] for name in parts[1]}, {name: old[name] for name in parts[0]}))
-    if not args.json:
-        print("the old values are back, acknowledged by the vehicle" if back else "kept, acknowledged by the vehicle")
-    return not back
+            print(f"{name:<26}{math.degrees(was):>6.2f} deg before{math.degrees(now):>8.2f} deg after", flush=True)
+    if diverged:
+        tell("the flight ran away")
+        return False
+    return after.cross_track_rad <= before.cross_track_rad if args.yes else confirm(session, "keep these?")
 
 
 def _as_dictionary(found: Identified) -> dict[str, object]:

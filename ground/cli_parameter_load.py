@@ -16,8 +16,6 @@ from ground.snapshot import SnapshotKeeper, describe_age
 from ground.terminal import confirm, parameter_progress, tell
 from protocol.parameter_table import load_parameters
 
-_SHOWN = 20  # problems of one file
-
 
 def add_parameter_load_commands(verbs) -> None:
     """Add the subcommands of `param` that set many parameters."""
@@ -38,8 +36,11 @@ def add_parameter_load_commands(verbs) -> None:
 
 def load_file(args: argparse.Namespace, connect: Connect) -> int:
     """param load."""
-    file = CheckedFile(args.file, load_parameters())
-    _refuse(file, args)
+    table = load_parameters()
+    file = CheckedFile(args.file, table)
+    if file.problems and not args.rest:
+        file.match(table, "no parameter is called")  # without asking the vehicle: every bad line is to be named
+        _refuse(file, args)
     with connect() as session:
         session.check_contract()
         values = session.parameters.fetch_all(parameter_progress())
@@ -86,7 +87,7 @@ def _refuse(file: CheckedFile, args: argparse.Namespace) -> None:
     problems = file.problems
     if not problems or args.rest:
         return
-    for problem in problems[:_SHOWN] if len(problems) > 1 else []:
+    for problem in problems if len(problems) > 1 else []:
         tell(problem)
     what = problems[0] if len(problems) == 1 else f"{file.path}: {len(problems)} lines cannot be sent"
     raise UsageError(f"{what}; nothing was set (--rest sends what can be sent)")

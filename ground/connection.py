@@ -174,6 +174,8 @@ class Connection:
         from_vehicle = is_of(sender, self.vehicle)
         if from_vehicle:
             heard.link.statistics.add(time_s, received.sequence, received.component)
+            if isinstance(message, dialect.MAVLink_heartbeat_message):
+                heard.link.meet(time_s)
         if not self._first_copies.is_first(sender, received.frame):
             return False
         known = not isinstance(message, dialect.MAVLink_unknown)

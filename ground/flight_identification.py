@@ -26,11 +26,15 @@ _RATE_SLACK = 0.1  # steering that a rate-limited actuator is behind by, as in d
 
 
 class Identified(NamedTuple):
-    """The kite, as its telemetry tells it. The loop's delay tau: age of the samples, steering link and actuator [s]."""
+    """The kite, as its telemetry tells it.
+
+    `actuator`'s dead time counts from a sample of the usual age to the reply: the loop's delay tau [s], of samples,
+    steering link and actuator. `sample_age_s` is None where the sensors' clock is not the firmware's.
+    """
 
     law: "LawFit"
     actuator: "ActuatorFit"
-    sample_age_s: float
+    sample_age_s: float | None
     delay_s: float
     delay_s_std: float
 
@@ -52,15 +56,13 @@ def identify_in_flight(session: Session, history: StateHistory, seconds: float, 
         with _every_state(session, loop_hz), Recorder(session.connection, path, 0.0):
             TuningFlight(session, history).fly(seconds)
         try:
-            record = read_tlog_record(path)
+            record = read_tlog_record(path, on_the_sensors_clock=True)
             law, actuator = identify_law(record), identify_actuator(record)
         except FlightDataError as error:
             reason = str(error).removeprefix(f"{path}: ")
             raise UsageError(f"this flight does not tell: {reason}; fly eights in TRACK, or --seconds 60") from error
     loop = measure_loop_delay(history.arrays(seconds))
-    if loop.sample_age_s is None:
-        raise UsageError("the sensors' clock is not the firmware's: the samples' age, part of the delay, is not known")
-    delay_s = _dead_time(loop, loop.sample_age_s + actuator.dead_time_s, 0.5 / loop_hz)
+    delay_s = _dead_time(loop, actuator.dead_time_s, 0.5 / loop_hz)
     return Identified(law, actuator, loop.sample_age_s, delay_s, actuator.dead_time_s_std)
 
 

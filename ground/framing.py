@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from analysis.tlog import frame_length
+from ground.printable import make_printable
 from protocol import dialect
 
 Message = dialect.MAVLink_message
@@ -11,13 +12,18 @@ _MARKERS = (dialect.PROTOCOL_MARKER_V1, dialect.PROTOCOL_MARKER_V2)
 
 
 class Received(NamedTuple):
-    """One message, who sent it, its sequence number, and the frame that it came in."""
+    """One message with its texts made printable, who sent it, its sequence number, and the frame as it came."""
 
     message: Message
     system: int
     component: int
     sequence: int
     frame: bytes
+
+
+def frame_sequence(frame: bytes | bytearray) -> int:
+    """The frame's sequence number."""
+    return frame[4 if frame[0] == dialect.PROTOCOL_MARKER_V2 else 2]
 
 
 class FrameReader:
@@ -60,8 +66,9 @@ class FrameReader:
             return None
         if isinstance(message, dialect.MAVLink_unknown) and not self._ends_cleanly(len(frame)):
             return None
-        at = 4 if frame[0] == dialect.PROTOCOL_MARKER_V2 else 2
-        return Received(message, frame[at + 1], frame[at + 2], frame[at], bytes(frame))
+        make_printable(message)
+        at = 5 if frame[0] == dialect.PROTOCOL_MARKER_V2 else 3
+        return Received(message, frame[at], frame[at + 1], frame_sequence(frame), bytes(frame))
 
     def _ends_cleanly(self, length: int) -> bool:
         """Whether another frame, or nothing, follows: all there is to tell an unknown message from noise."""

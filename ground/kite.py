@@ -21,6 +21,7 @@ from ground.parameter_access import Parameters
 from ground.round_trip import DelaySummary
 from ground.session import Session
 from ground.state_history import StateHistory
+from ground.trial import Trial
 from ground.tuning import (
     GAIN_NAME,
     OUTER_NAME,
@@ -141,18 +142,25 @@ class Kite:
 
     def step_gain(self, factor: float, delay_s: float, name: str = GAIN_NAME,
                   measure_s: float | None = None) -> StepResult:
-        """Multiply a gain by `factor` in TRACK, and compare the flight before and after; see TuningFlight.step."""
-        with self._serving.held():
-            new = self.parameters.get(name) * factor
-            return self._tuning.step(name, new, delay_s, measure_s)
+        """Multiply a gain by `factor` in TRACK, and compare the flight before and after; see TuningFlight.step.
+
+        The new value stays if this returns and the flight did not run away; on any exception the old one is put back.
+        """
+        with self._serving.held(), Trial(self.session) as trial:
+            result = self._tuning.step(trial, name, self.parameters.get(name) * factor, delay_s, measure_s)
+            if not result.diverged:
+                trial.keep()
+        return result
 
     def link(self) -> LinkReport:
         """How the links do at present; the round trip (TIMESYNC) over the last minute."""
         connection = self.session.connection
-        now_s = connection.clock()
-        statistics = connection.statistics
-        return LinkReport(statistics.rate_hz(now_s), statistics.loss(now_s),
-                          connection.round_trip.summary(now_s, _DELAY_WINDOW_S), now_s - (statistics.last_s or now_s))
+        with self._serving.held():  # the statistics forget what is old while they are read
+            now_s = connection.clock()
+            statistics = connection.statistics
+            return LinkReport(
+                statistics.rate_hz(now_s), statistics.loss(now_s),
+                connection.round_trip.summary(now_s, _DELAY_WINDOW_S), now_s - (statistics.last_s or now_s))
 
     def close(self) -> None:
         """Close the links. May be called twice."""

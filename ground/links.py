@@ -29,6 +29,21 @@ class Link:
         self.reader = FrameReader()
         self.retry_s = float("-inf")
         self.opener = opener
+        self._vehicle_at: object = None  # whose heartbeats come from there,
+        self._vehicle_at_s = float("-inf")  # and when the last one did
+
+    def meet(self, now_s: float) -> None:
+        """The vehicle's heartbeat was in what was read last: what is sent goes where that came from.
+
+        Whoever else sends to our port, under the vehicle's id even, gets nothing while the first one is heard.
+        """
+        if self.transport is None:
+            return
+        sender = self.transport.sender
+        if sender != self._vehicle_at and now_s - self._vehicle_at_s < HEARS_S:
+            return
+        self._vehicle_at, self._vehicle_at_s = sender, now_s
+        self.transport.answer(sender)
 
     def hears(self, now_s: float) -> bool:
         """Whether the vehicle was heard over it of late."""
@@ -144,6 +159,7 @@ class Links:
         except LinkError as error:
             link.problem, link.retry_s = str(error), self.clock() + RETRY_S
             return error
+        link.transport.answer(None)  # until the vehicle is heard there
         link.problem, link.reader = None, FrameReader()
         return None
 

@@ -9,10 +9,13 @@ from analysis.tlog import read_tlog
 from ground.connection import KITE_COMPONENT, Address, is_of
 from ground.errors import UsageError
 from ground.framing import Message
+from ground.printable import make_printable
 from protocol import dialect
 
 Heartbeat = dialect.MAVLink_heartbeat_message
 _MARKER_2 = dialect.PROTOCOL_MARKER_V2
+_LONGEST_PAUSE_US = 86_400_000_000  # a day without any message is no pause of a flight: the clock was set
+_END_OF_DATES_US = 253_402_300_800_000_000  # the year 10000
 
 
 class Logged(NamedTuple):
@@ -69,19 +72,17 @@ def read_flight_log(path: str | Path) -> FlightLog:
     """
     messages: list[Logged] = []
     decoder = dialect.MAVLink(None)
-    start_us = last_us = set_back_us = broken = 0
-    remarks = []
+    clock = _RecorderClock()
+    broken, remarks = 0, []
     try:
         for stamp_us, frame in read_tlog(path):
-            start_us = start_us or stamp_us
-            set_back_us += max(last_us - stamp_us, 0)  # where the clock was set back, time stands still instead
-            last_us = stamp_us
+            time_s = clock.elapsed_s(stamp_us)
             try:
                 message = decoder.decode(bytearray(frame))
             except dialect.MAVError:
                 broken += 1
                 continue
-            time_s = (stamp_us + set_back_us - start_us) * 1e-6
+            make_printable(message)
             sequence = frame[4 if frame[0] == _MARKER_2 else 2]
             messages.append(Logged(time_s, sender_of(frame), sequence, message, frame))
     except OSError as error:
@@ -92,7 +93,43 @@ def read_flight_log(path: str | Path) -> FlightLog:
         remarks.append(f"{error}; what comes before is used")
     if not messages:
         raise UsageError(f"{path}: holds no message")
-    return FlightLog(path, messages, start_us, remarks + _left_out(messages, broken))
+    return FlightLog(path, messages, clock.start_us, remarks + clock.remarks + _left_out(messages, broken))
+
+
+class _RecorderClock:
+    """The recorder's stamps as time that passes. Where its clock was set, or a stamp is damaged, time stands still."""
+
+    def __init__(self) -> None:
+        self._last_us: int | None = None
+        self._elapsed_us = 0
+        self._starts: Counter[int] = Counter()  # when the log began, by the stamps of each stretch without a jump
+        self._jumps_us: list[int] = []
+
+    def elapsed_s(self, stamp_us: int) -> float:
+        """Time [s] from the first stamp to this one, the next."""
+        step_us = 0 if self._last_us is None else stamp_us - self._last_us
+        self._last_us = stamp_us
+        if 0 <= step_us <= _LONGEST_PAUSE_US:
+            self._elapsed_us += step_us
+        else:
+            self._jumps_us.append(step_us)
+        self._starts[stamp_us - self._elapsed_us] += 1
+        return self._elapsed_us * 1e-6
+
+    @property
+    def start_us(self) -> int:
+        """When the first frame came, by most of the stamps, in us since 1970 (UTC); 0 if that is no date."""
+        start_us = self._starts.most_common(1)[0][0] if self._starts else 0
+        return start_us if 0 <= start_us < _END_OF_DATES_US else 0
+
+    @property
+    def remarks(self) -> list[str]:
+        """A line where the stamps jump."""
+        if not self._jumps_us:
+            return []
+        largest_s = max(self._jumps_us, key=abs) * 1e-6
+        return [f"the recorder's clock jumps {_times(len(self._jumps_us))}, by up to {largest_s:+.3g} s: "
+                "the jumps are left out, all messages are used"]
 
 
 def frame_id(frame: bytes) -> int:
@@ -121,6 +158,10 @@ def _left_out(messages: list[Logged], broken: int) -> list[str]:
     if broken:
         remarks.append(f"{broken} frames are broken: their checksum is wrong")
     return remarks
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"
 
 
 def _vehicles(messages: list[Logged]) -> list[Address]:

@@ -5,9 +5,15 @@ integral of airspeed and steering, taken as long ago as the loop's dead time tau
 period, which is in the integral: T/2 is not in tau.) The tau for which that fits best, in the least squares sense, is
 the whole of it: steering link, actuator, kite, sensors, sample link, estimator. What the sample's own time tells is a
 part of it.
+
+An actuator that needs time to slew makes the steering's turn later than the dead time, by as much as it is asked to
+move. Where its limits are known, the asked steering goes through them first, and tau is the dead time alone; and the
+heading, where it is measured, takes the course's place, as wind turns the one and not the other.
 """
 
 from typing import TYPE_CHECKING, Any, NamedTuple
+
+from protocol import dialect
 
 if TYPE_CHECKING:
     import numpy as np
@@ -18,6 +24,13 @@ _LONGEST_GAP_S = 0.25  # between states: more is lost, not slow
 _LEAST_STATES = 100
 _LEAST_FIT = 0.5
 _PLAUSIBLE_AGE_S = 2.0
+
+
+class Slewing(NamedTuple):
+    """An actuator's rate limit [1/s] and saturation; 0 where there is none."""
+
+    rate_per_s: float = 0.0
+    saturation: float = 0.0
 
 
 class LoopDelay(NamedTuple):
@@ -42,27 +55,29 @@ class LoopDelay(NamedTuple):
         return self.whole_s - self.sample_age_s
 
 
-def measure_loop_delay(states: "dict[str, np.ndarray]") -> LoopDelay:
+def measure_loop_delay(states: "dict[str, np.ndarray]", actuator: Slewing = Slewing()) -> LoopDelay:  # noqa: B008
     """The delay in the loop from columns of a StateHistory, each (n,), of one stretch of flight in PARK or TRACK."""
     import numpy as np  # noqa: PLC0415
 
     count = len(states["time_s"])
     age = states["sample_age_s"]
     age_s, low_s, high_s = (float(np.quantile(age, q)) for q in (0.5, 0.05, 0.95)) if count else (-1.0, 0.0, 0.0)
-    known = 0.0 <= age_s <= _PLAUSIBLE_AGE_S
-    whole_s, fit = _fit(states) if count >= _LEAST_STATES else (None, 0.0)
+    whole_s, fit = _fit(states, actuator) if count >= _LEAST_STATES else (None, 0.0)
+    greatest_s = _PLAUSIBLE_AGE_S if whole_s is None else whole_s + _STEP_S  # beyond, two clocks just look alike
+    known = 0.0 <= age_s <= greatest_s
     return LoopDelay(whole_s, fit, age_s if known else None, low_s, high_s, count)
 
 
-def _fit(states: "dict[str, np.ndarray]") -> tuple[float | None, float]:
+def _fit(states: "dict[str, np.ndarray]", actuator: Slewing) -> tuple[float | None, float]:
     """The dead time [s] with which the steering explains the turning best, or None; and the share that it explains."""
     import numpy as np  # noqa: PLC0415
 
     time_s = states["time_s"]
     step_s = np.diff(time_s)
     swung = np.sin(states["elevation"][:-1]) * _wrapped(np.diff(states["azimuth"]))  # the frame turns along the way
-    turned = _wrapped(np.diff(states["course"])) + swung
-    pull = states["airspeed"] * states["steering_asked"]
+    headed = bool(np.all(states["valid"].astype(int) & dialect.KITE_VALID_HEADING))
+    turned = _wrapped(np.diff(states["heading" if headed and actuator != Slewing() else "course"])) + swung
+    pull = states["airspeed"] * _slewed(states["steering_asked"], step_s, actuator)
     between = 0.5 * np.diff(pull) * (step_s - np.min(step_s, initial=GREATEST_S))  # where states are lost on the way
     integral = np.concatenate(([0.0], np.cumsum(pull[:-1] * step_s + between)))
     good = (step_s > 0.0) & (step_s < _LONGEST_GAP_S) & (time_s[:-1] > time_s[0] + GREATEST_S)
@@ -86,6 +101,25 @@ def _fit(states: "dict[str, np.ndarray]") -> tuple[float | None, float]:
     if fit < _LEAST_FIT or best == len(delays) - 1:
         return None, fit
     return _between(delays, left, best), fit
+
+
+def _slewed(asked: Any, step_s: Any, actuator: Slewing) -> Any:
+    """Where an actuator without dead time is on average, (n,), from each time that it is asked to the next.
+
+    It is asked for `asked` (n,), at times that are `step_s` (n - 1,) apart.
+    """
+    import numpy as np  # noqa: PLC0415
+
+    most = actuator.saturation or np.inf
+    wanted = np.clip(asked, -most, most)
+    if not actuator.rate_per_s:
+        return wanted
+    between, position = wanted.copy(), float(wanted[0])
+    for index, seconds in enumerate(step_s):
+        way = actuator.rate_per_s * max(float(seconds), 0.0)
+        before, position = position, min(max(float(wanted[index]), position - way), position + way)
+        between[index] = 0.5 * (before + position)
+    return between
 
 
 def _residual(columns: Any, target: Any) -> tuple[Any, float]:

@@ -35,10 +35,10 @@ class Entry(NamedTuple):
 
 
 class ParameterFile(NamedTuple):
-    """What a file holds: its parameters by name, in its order, and what is wrong with its other lines, a line each."""
+    """What a file holds: its parameters by name, in its order, and (line, what is wrong with it) for the others."""
 
     entries: dict[str, Entry]
-    problems: list[str]
+    problems: list[tuple[int, str]]
 
 
 def scan_parameter_file(path: str | Path) -> ParameterFile:
@@ -54,7 +54,7 @@ def scan_parameter_file(path: str | Path) -> ParameterFile:
     except UnicodeDecodeError:
         raise ParameterFileError(f"{path}: not a text file: should hold lines of NAME value") from None
     entries: dict[str, Entry] = {}
-    problems: list[str] = []
+    problems: list[tuple[int, str]] = []
     for number, line in enumerate(text.splitlines(), start=1):
         try:
             if (parsed := _parse_line(line)) is None:
@@ -64,7 +64,7 @@ def scan_parameter_file(path: str | Path) -> ParameterFile:
                 raise ValueError(f"{name} is already given in line {entries[name].line}")
             entries[name] = Entry(value, number)
         except ValueError as error:
-            problems.append(f"{path}:{number}: {error}")
+            problems.append((number, str(error)))
     if not entries and not problems:
         raise ParameterFileError(f"{path}: holds no parameters: should hold lines of NAME value")
     return ParameterFile(entries, problems)
@@ -78,7 +78,8 @@ def read_parameter_file(path: str | Path) -> dict[str, Entry]:
     """
     entries, problems = scan_parameter_file(path)
     if problems:
-        raise ParameterFileError(problems[0])
+        number, problem = problems[0]
+        raise ParameterFileError(f"{path}:{number}: {problem}")
     return entries
 
 

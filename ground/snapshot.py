@@ -157,7 +157,9 @@ def read_snapshot(path: Path) -> Snapshot:
     """
     entries, problems = scan_parameter_file(path)
     if problems:
-        raise ParameterFileError(f"{problems[0]}; give another snapshot with --snapshot, or remove this one")
+        number, problem = problems[0]
+        raise ParameterFileError(f"{path}:{number}: {problem}; give another snapshot with --snapshot, or remove "
+                                 "this one")
     facts = {}
     for line in path.read_text("utf-8-sig").splitlines():
         if line.startswith("#"):

@@ -27,6 +27,15 @@ class Transport(Protocol):
         """Wait up to `timeout_s` seconds for bytes; b"" on time-out. Raises LinkError when the link is broken."""
         ...
 
+    @property
+    def sender(self) -> object:
+        """Who sent what `receive` returned last; None where there is only one who could."""
+        ...
+
+    def answer(self, sender: object) -> None:
+        """From now on send to this `sender` alone, or to nobody where it is None. No change where there is only one."""
+        ...
+
     def fileno(self) -> int | None:
         """What the operating system can wait for, or None where it cannot."""
         ...
@@ -36,7 +45,16 @@ class Transport(Protocol):
         ...
 
 
-class _Udp:
+class OnePeer:
+    """What transports share that reach one other side only."""
+
+    sender: object = None
+
+    def answer(self, sender: object) -> None:
+        """See Transport."""
+
+
+class _Udp(OnePeer):
     """What both UDP transports share."""
 
     def __init__(self, link: str, family: int) -> None:
@@ -76,11 +94,12 @@ class _Udp:
 
 
 class UdpInTransport(_Udp):
-    """Listens on an address and answers whoever was heard last."""
+    """Listens on an address; sends to whoever was heard last, until `answer` says whom to send to."""
 
     def __init__(self, link: str, family: int, address: tuple) -> None:
         super().__init__(link, family)
-        self._peer: tuple | None = None
+        self._peer: object = None
+        self._chosen = False
         try:
             self._socket.bind(address)
         except OSError as error:
@@ -91,11 +110,17 @@ class UdpInTransport(_Udp):
             raise LinkError(f"link {link}: cannot listen on port {address[1]}: {hint}") from None
 
     def _transmit(self, data: bytes) -> None:
-        if self._peer is not None:
+        if isinstance(self._peer, tuple):
             self._socket.sendto(data, self._peer)
 
+    def answer(self, sender: object) -> None:
+        """See Transport."""
+        self._peer, self._chosen = sender, True
+
     def _heard(self, sender: tuple) -> None:
-        self._peer = sender
+        self.sender = sender
+        if not self._chosen:
+            self._peer = sender
 
 
 class UdpOutTransport(_Udp):
@@ -110,7 +135,7 @@ class UdpOutTransport(_Udp):
             raise LinkError(f"link {link}: cannot send there: {error.strerror}") from None
 
 
-class SerialTransport:
+class SerialTransport(OnePeer):
     """A serial port, 8N1, held for this program alone."""
 
     def __init__(self, link: str, device: str, baud: int) -> None:

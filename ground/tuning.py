@@ -95,7 +95,7 @@ def describe(advice: GainAdvice) -> list[str]:
     lines = paper_lines(advice.delay_s, advice.loop_hz, advice.present)
     if advice.whole:
         lines += ["", *whole_loop_lines(advice.whole, advice.delay_s, advice.loop_hz)]
-    return [*lines, "", f"present {GAIN_NAME} = {advice.present:.4g}: {verdict(advice, advice.present)}"]
+    return lines
 
 
 def as_dictionary(advice: GainAdvice) -> dict[str, Any]:

@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from ground.connection import SILENCE_S
 from ground.errors import NoAnswerError, UsageError
-from ground.loop_delay import LoopDelay, measure_loop_delay
+from ground.loop_delay import LoopDelay, Slewing, measure_loop_delay
 from ground.round_trip import DelaySummary
 from ground.session import Session
 from ground.state_history import StateHistory
+from ground.trial import Trial
 from ground.vehicle_state import mode_name
 from protocol import dialect
 from protocol.parameter_table import float32
@@ -25,6 +26,7 @@ _SETTLING_DELAYS = 10.0
 _PERIODS = 2.0
 _LEAST_S, _GREATEST_S = 10.0, 120.0
 _DIVERGED_RAD, _DIVERGED_FACTOR = math.radians(60.0), 3.0
+_STRAYED_RAD = math.radians(20.0)  # of cross-track error
 _WATCHED_S = 3.0
 
 Told = Callable[[str], None]
@@ -46,7 +48,7 @@ class Effect(NamedTuple):
 
 
 class StepResult(NamedTuple):
-    """A gain changed from `old` to `new`, and the flight before and after. `diverged`: it was taken back at once."""
+    """A gain changed from `old` to `new`, and the flight before and after. `diverged`: it was undone at once."""
 
     name: str
     old: float
@@ -63,8 +65,13 @@ class TuningFlight:
         self._session, self._history = session, history
 
     def measure_delay(self, seconds: float = DELAY_MEASURE_S) -> DelayReport:
-        """Fly on for `seconds` of the kite's time, and tell the delays. Raises NoAnswerError as `fly`."""
+        """Fly on for `seconds` of the kite's time, and tell the delays. Raises NoAnswerError as `fly`.
+
+        Where the kite predicts, the limits of its actuator are known (`PRED_RATE`, `PRED_SAT`): the delay is the dead
+        time alone then, as `PRED_DELAY` is.
+        """
         connection = self._session.connection
+        actuator = self._actuator()
         usual_s, connection.timing_period_s = connection.timing_period_s, _TIMING_PERIOD_S
         started_s = connection.clock()
         try:
@@ -73,16 +80,25 @@ class TuningFlight:
         finally:
             connection.timing_period_s = usual_s
         now_s = connection.clock()
-        return DelayReport(measure_loop_delay(self._history.arrays(seconds)),
+        return DelayReport(measure_loop_delay(self._history.arrays(seconds), actuator),
                            connection.round_trip.summary(now_s, now_s - started_s))
 
-    def step(self, name: str, new: float, delay_s: float, measure_s: float | None = None,
+    def effect(self, seconds: float) -> Effect:
+        """The errors over the last `seconds` [s] of the flight."""
+        return measure_effect(self._history.arrays(seconds))
+
+    def look(self, seconds: float) -> Effect:
+        """The errors over the next `seconds` [s]. Raises as `fly`."""
+        self.fly(seconds)
+        return self.effect(seconds)
+
+    def step(self, trial: Trial, name: str, new: float, delay_s: float, measure_s: float | None = None,
              told: Told = lambda text: None) -> StepResult:
-        """Change `name` to `new` in TRACK; the flight's errors before it, and after it has settled.
+        """Change `name` to `new` in TRACK, within `trial`; the flight's errors before, and after it has settled.
 
         Both are measured for `measure_s` of the kite's time, by default two periods of the eight; between them passes
-        a period, or ten times the loop's delay `delay_s` [s] if that is longer. If the turning angle runs away, the
-        old value is set again at once.
+        a period, or ten times the loop's delay `delay_s` [s] if that is longer. If the flight runs away, the trial is
+        undone at once.
 
         Raises:
             UsageError: the kite is not in TRACK, or flies no eight.
@@ -93,19 +109,24 @@ class TuningFlight:
         period_s = self._period(told)
         measure_s = measure_s or min(max(_PERIODS * period_s, _LEAST_S), _GREATEST_S)
         told(f"an eight takes {period_s:.1f} s: measuring for {measure_s:.0f} s before the step")
-        self.fly(measure_s)
-        before = measure_effect(self._history.arrays(measure_s))
-        old = self._session.parameters.fetch(name)
-        self._session.parameters.set(name, float32(new))
+        before = self.look(measure_s)
+        old = trial.set(name, new)
         settle_s = max(period_s, _SETTLING_DELAYS * delay_s)
         told(f"{name} = {new:.4g}, acknowledged; {settle_s:.0f} s to settle, then {measure_s:.0f} s to measure")
-        alarm = max(_DIVERGED_RAD, _DIVERGED_FACTOR * before.turning_rad)
-        flown_s = self.fly(settle_s + measure_s, stop=lambda: self._runs_away(alarm))
-        diverged = flown_s < settle_s + measure_s
-        after = measure_effect(self._history.arrays(min(flown_s, measure_s)))
-        if diverged:
-            self._session.parameters.set(name, old)
+        after, diverged = self.try_out(trial, before, settle_s, measure_s)
         return StepResult(name, old, float32(new), before, after, diverged)
+
+    def try_out(self, trial: Trial, before: Effect, settle_s: float, measure_s: float) -> tuple[Effect, bool]:
+        """Fly with what `trial` has set; the errors over the last `measure_s` [s], and whether the flight ran away.
+
+        Then the trial is undone at once. `before` is how the kite flew without it. Raises as `fly`.
+        """
+        flown_s = self.fly(settle_s + measure_s, stop=lambda: self._runs_away(before))
+        diverged = flown_s < settle_s + measure_s
+        after = self.effect(min(flown_s, measure_s))
+        if diverged:
+            trial.undo()
+        return after, diverged
 
     def fly(self, seconds: float, stop: Callable[[], bool] = lambda: False) -> float:
         """Let `seconds` of the kite's time pass, or fewer where `stop` comes true; returns how many did.
@@ -132,6 +153,10 @@ class TuningFlight:
                 break
         return flown_s
 
+    def _actuator(self) -> Slewing:
+        fetch = self._session.parameters.fetch
+        return Slewing(fetch("PRED_RATE"), fetch("PRED_SAT")) if fetch("PRED_DELAY") else Slewing()
+
     def _check_track(self) -> None:
         if self._session.state.mode != dialect.KITE_MODE_TRACK:
             raise UsageError(f"a step is measured in TRACK, and the kite is in {self._session.state.mode_name}: "
@@ -148,10 +173,11 @@ class TuningFlight:
             raise UsageError("the kite does not go round its eight: nothing can be measured")
         return period_s
 
-    def _runs_away(self, alarm_rad: float) -> bool:
-        recent = self._history.arrays(_WATCHED_S)
-        effect = measure_effect(recent)
-        return effect.seconds > 0.5 * _WATCHED_S and effect.turning_rad > alarm_rad
+    def _runs_away(self, before: Effect) -> bool:
+        now = self.effect(_WATCHED_S)
+        return now.seconds > 0.5 * _WATCHED_S and (
+            now.turning_rad > max(_DIVERGED_RAD, _DIVERGED_FACTOR * before.turning_rad)
+            or now.cross_track_rad > max(_STRAYED_RAD, _DIVERGED_FACTOR * before.cross_track_rad))
 
 
 def measure_effect(states: "dict[str, np.ndarray]") -> Effect:

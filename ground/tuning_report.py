@@ -13,7 +13,7 @@ def delay_lines(report: DelayReport) -> list[str]:
     loop, trip = report.loop, report.round_trip
     lines = ["delay in the control loop, counted:"]
     if loop.sample_age_s is None:
-        lines.append("  sample's age at the tick             -       the sensors' clock is another one")
+        lines.append("  sample's age at the tick             -       sensor and firmware clocks differ")
     else:
         lines.append(f"  sample's age at the tick        {loop.sample_age_s:8.3f} s   nine in ten from "
                      f"{loop.sample_age_low_s:.3f} to {loop.sample_age_high_s:.3f} s")
@@ -57,7 +57,7 @@ def effect_lines(result: StepResult) -> list[str]:
         lines.append(f"{name:<26}{before:>6.2f} deg{after:>6.2f} deg{change}")
     lines.append(f"{'measured for':<26}{_seconds(result.before)}{_seconds(result.after)}")
     if result.diverged:
-        lines.append(f"the turning angle ran away: {result.name} = {result.old:.4g} again, acknowledged by the vehicle")
+        lines.append(f"the flight ran away: {result.name} = {result.old:.4g} again, acknowledged by the vehicle")
     return lines
 
 

@@ -63,5 +63,5 @@ class UlogWriter:
 
 
 def _keyed(key: str) -> bytes:
-    name = key.encode("ascii")
+    name = key.encode("ascii", "replace")  # a damaged parameter's name may hold anything
     return bytes([len(name)]) + name

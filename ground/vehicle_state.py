@@ -1,7 +1,6 @@
 """The latest that is known about the vehicle, from its messages."""
 
-from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from ground.framing import Message
@@ -15,6 +14,9 @@ MODE_NAMES = {
 SEVERITY_NAMES = {
     value: entry.name.removeprefix("MAV_SEVERITY_").lower() for value, entry in dialect.enums["MAV_SEVERITY"].items()
 }
+
+
+_KEPT_TEXTS = 100
 
 
 class StatusText(NamedTuple):
@@ -38,7 +40,7 @@ class VehicleState:
     kite: dialect.MAVLink_kite_state_message | None = None
     system: dialect.MAVLink_sys_status_message | None = None
     position: dialect.MAVLink_local_position_ned_message | None = None
-    texts: deque[StatusText] = field(default_factory=lambda: deque(maxlen=100))
+    texts: tuple[StatusText, ...] = ()  # the latest, oldest first; never changed in place: another thread may read it
 
     @property
     def mode_name(self) -> str:
@@ -55,7 +57,8 @@ class VehicleState:
         elif isinstance(message, dialect.MAVLink_local_position_ned_message):
             self.position = message
         elif isinstance(message, dialect.MAVLink_statustext_message):
-            self.texts.append(StatusText(time_s, message.severity, message.text))
+            text = StatusText(time_s, message.severity, message.text)
+            self.texts = (*self.texts, text)[-_KEPT_TEXTS:]
 
 
 def is_armed(heartbeat: dialect.MAVLink_heartbeat_message) -> bool:

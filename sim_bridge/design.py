@@ -12,7 +12,7 @@ from analysis.design_plots import plot_design
 from analysis.design_report import paper_lines, whole_loop_dictionary, whole_loop_lines
 from analysis.effective_delay import EffectiveDelay, effective_delay, split
 from analysis.effective_delay import Path as LinkPath
-from analysis.whole_loop import design
+from analysis.whole_loop import Design, design
 from protocol.parameter_table import load_parameters
 from sim_bridge.notice import notice
 from sim_bridge.option_types import not_negative, positive
@@ -26,7 +26,8 @@ def add_design_verb(verbs: Any) -> None:
         "design", help="work out gains for a delay: limits, best pair, margins",
         formatter_class=argparse.RawDescriptionHelpFormatter,
         description="Limits and best values of the gains P (INNER_P) and L (OUTER_L) for a delay: the paper's, for\n"
-        "the inner loop alone, and those of inner and outer loop together. See docs/delay.md.",
+        "the inner loop alone, and those of inner and outer loop together. Both optima settle fastest on a target at\n"
+        "rest; to follow an eight without FF_GAIN or prediction, a P near half its limit is better. See docs/delay.md.",
         epilog="examples:\n"
         "  kite-sitl design --delay 0.2 --speed-over-length 0.45\n"
         "  kite-sitl design --delay 0.5 --speed-over-length 0.06 --gain-p 0.72 --gain-l 4 --plot v3.png\n"
@@ -74,12 +75,24 @@ def design_gains(options: Namespace) -> int:
     else:
         lines = _link_lines(options, effective, loop_delay_s)
         lines += [*paper_lines(delay_s, options.loop_hz, present.inner_p), ""]
-        print("\n".join(lines + whole_loop_lines(result, delay_s, options.loop_hz)))
+        print("\n".join([*lines, *whole_loop_lines(result, delay_s, options.loop_hz), *_purpose_lines(result)]))
     if plot:
         title = f"Whole loop: delay {delay_s:.3g} s, {options.speed_over_length:g} line lengths a second"
         save_plot(plot_design(result, title), plot)
         notice(f"plot: {plot}")
     return 0
+
+
+def _purpose_lines(result: Design) -> list[str]:
+    """What the optima are for: the kite that follows an eight by the plain law wants another P."""
+    half = (f"P = {0.5 * result.limit:.3g}, half the limit at this L, is then better" if result.limit
+            else "but at this L no P is stable")
+    return [
+        "",
+        "These optima settle fastest on a target at rest. An eight turns all the time: without FF_GAIN or prediction,",
+        f"the larger P is, the closer the kite follows it; {half}.",
+        "`kite-ground tune` measures it in flight.",
+    ]
 
 
 def _effective(options: Namespace) -> EffectiveDelay | None:

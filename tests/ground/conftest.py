@@ -7,12 +7,12 @@ import pytest
 from firmware_py.generated_parameters import PARAMETERS
 from ground.links import Links
 from ground.session import Session
-from ground.transport import LinkError
+from ground.transport import LinkError, OnePeer
 from protocol import dialect
 from sim_bridge.flight import Flight
 from sim_bridge.ground_path import GroundLink
 from sim_bridge.link_emulation import LinkSettings
-from sim_bridge.runtimes.interface import clock_us
+from sim_bridge.runtimes.interface import TickOutput, clock_us
 from sim_bridge.runtimes.memory import MemoryRuntime
 from sim_bridge.scenario import Scenario, load_scenario
 from tests.ground.operator_at_work import Operator
@@ -23,7 +23,7 @@ _VALID = (dialect.KITE_VALID_AZIMUTH | dialect.KITE_VALID_ELEVATION | dialect.KI
 _START_S = 1_700_000_000.0  # the wall clock when the simulation begins
 
 
-class SimulatedLink:
+class SimulatedLink(OnePeer):
     """One emulated radio link to a simulated kite, as a ground station's transport. `broken`: the port is gone."""
 
     def __init__(self, kite: "SimulatedKite", settings: LinkSettings, seed: int) -> None:
@@ -148,6 +148,14 @@ def simulated_kite() -> Callable[..., SimulatedKite]:
     return make
 
 
+class _Suspended(MemoryRuntime):
+    """A firmware that does nothing."""
+
+    def exchange(self, *inputs, **named) -> TickOutput:
+        """Nothing comes of anything."""
+        return TickOutput([], None, [], [])
+
+
 class FlyingKite(SimulatedKite):
     """A kite that flies a scenario, its firmware in the loop, with one emulated radio link."""
 
@@ -170,6 +178,28 @@ class FlyingKite(SimulatedKite):
     def step(self) -> None:
         """One tick."""
         self.flight.step()
+
+    def change_link(self, down: LinkSettings, up: LinkSettings) -> None:
+        """See SimulatedKite."""
+        super().change_link(down, up)
+        self.flight._ground = self.radios[0].emulated
+
+    def suspend_firmware(self, seconds: float) -> None:
+        """Fly on for so long with a firmware that does nothing: what it would have heard waits for it."""
+        runtime, self.flight.runtime = self.flight.runtime, _Suspended()
+        self.sleep(seconds)
+        self.flight.runtime = runtime
+
+    def freeze_sensors(self, what: str) -> None:
+        """From now on the samples' "values", or their "stamps", stay as they are."""
+        take, last = self.flight._sensors.sample, []
+
+        def frozen(time_us, truth, steering):
+            sample = take(time_us, truth, steering)
+            last.append(sample)
+            return (sample[0], *last[0][1:]) if what == "values" else (last[0][0], *sample[1:])
+
+        self.flight._sensors.sample = frozen
 
 
 @pytest.fixture

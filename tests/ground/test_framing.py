@@ -44,6 +44,23 @@ def test_any_payload_with_a_good_checksum_never_raises(number, payload, signed):
     assert [received.sequence for received in FrameReader().feed(frame + frame)] == [7, 7]
 
 
+@given(st.sampled_from(sorted(dialect.mavlink_map)), st.binary(min_size=255, max_size=255))
+def test_every_text_of_every_message_can_be_shown(number, payload):
+    """Terminal escapes, line breaks and what turns the text's direction come as replacement characters."""
+    head = struct.pack("<BBBBBBHB", len(payload), 0, 0, 7, 1, 1, number & 0xFFFF, number >> 16) + payload
+    crc = dialect.x25crc(head)
+    crc.accumulate(bytes([dialect.mavlink_map[number].crc_extra]))
+    frame = b"\xfd" + head + struct.pack("<H", crc.crc)
+    (received,) = FrameReader().feed(frame)
+    shown = [value for value in vars(received.message).values() if isinstance(value, str)]
+    assert all(text.isprintable() for text in shown) and received.frame == frame
+
+
+def test_a_status_text_with_escapes_says_the_rest_of_what_it_says():
+    message = dialect.MAVLink_statustext_message(dialect.MAV_SEVERITY_INFO, b"\x1b[2Jall is well\nkite 1: PARK\x07")
+    assert texts(FrameReader(), message.pack(dialect.MAVLink(None, 1, 1))) == ["�[2Jall is well�kite 1: PARK�"]
+
+
 @given(st.data())
 def test_good_frames_survive_noise_between_them_in_any_chunks(data):
     """Noise that may hold frame starts and lengths; 600 bytes of quiet at the end let every false start run out."""

@@ -98,6 +98,26 @@ def test_the_example_flies_and_tunes(flying_kite, capsys):
     assert flying.firmware_parameter("INNER_P") == pytest.approx(1.32)
 
 
+def test_a_notebook_may_read_all_the_time_while_the_kite_talks(simulated_kite):
+    """The history is long, so that a copy of it takes its time; 100 copies are made while more states come."""
+    with connect_over(simulated_kite(loss=0.0, round_trip_s=0.0).links()) as kite:
+        kite.wait_for(lambda state: True, 5.0)
+        state = kite.state.kite
+        assert state is not None
+        for _ in range(50_000):
+            kite.history.observe(0.0, state, b"")
+        copies, grown, links = [], len(kite.history), []
+        while len(copies) < 100 or len(kite.history) < grown + 500:
+            rows = kite.history.arrays()
+            copies.append(len(rows["time_s"]))
+            assert np.all(np.diff(rows["time_s"][-5000:]) >= 0.0) and len(rows["course"]) == copies[-1]
+            links.append(kite.link())
+            kite.history.arrays(seconds=1.0)
+        kite.wait(1.0)
+        assert copies == sorted(copies) and copies[-1] > copies[0]
+        assert links[-1].rate_hz > 40.0 and links[-1].loss == 0.0
+
+
 def serve(kite, vehicle: socket.socket, over: threading.Event) -> None:
     """Fly `kite` on the wall clock, four times as fast, with its radio on a socket."""
     while not over.wait(0.005):

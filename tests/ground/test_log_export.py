@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from analysis.tlog import TlogWriter
 from ground.cli import main
 from ground.log_quantities import unwrap_clock
 from ground.log_reader import FlightLog, read_flight_log
@@ -115,6 +116,43 @@ def test_ulog_opens_with_pyulog_and_holds_everything(flight, tmp_path):
     assert ulog.msg_info_dict["log_start_utc_us"] == flight.start_us
     names = {(entry.message.get_type().lower(), entry.sender) for entry in flight.messages}
     assert len(ulog.data_list) == len(names)
+
+
+@pytest.mark.parametrize("wild_us", [0, 2**63, 2**64 - 1])
+def test_wild_stamps_cost_nothing_but_their_time(flight, tmp_path, capsys, wild_us):
+    """The first, the last and one frame in a hundred have a stamp of no date: every message is exported and drawn, in
+    the flight's time, with a line that says so."""
+    pyulog = pytest.importorskip("pyulog")
+    wild = tmp_path / "wild.tlog"
+    with TlogWriter(wild) as writer:
+        for index, entry in enumerate(flight.messages):
+            at_us = flight.start_us + round(entry.time_s * 1e6)
+            last = index == len(flight.messages) - 1
+            writer.write(wild_us if index % 100 == 0 or last else at_us, entry.frame)
+    assert main(["log", "export", str(wild), "--format", "ulog"]) == 0
+    (said,) = capsys.readouterr().err.splitlines()
+    assert "the recorder's clock jumps" in said and said.endswith("the jumps are left out, all messages are used")
+    ulog = pyulog.ULog(str(wild.with_suffix(".ulg")))
+    assert not ulog.file_corruption
+    assert ulog.msg_info_dict["log_start_utc_us"] == pytest.approx(flight.start_us, abs=1e6)
+    assert len(ulog.get_dataset("kite_state").data["timestamp"]) == len(states(flight))
+    again = read_flight_log(wild)
+    assert len(again.messages) == len(flight.messages)
+    assert again.duration_s == pytest.approx(flight.duration_s, rel=0.05)
+    assert main(["log", "export", str(wild)]) == 0
+    assert main(["plot", str(wild)]) == 0
+    assert main(["log", "export", str(wild), "--all"]) == 0
+
+
+def test_a_log_of_nothing_but_wild_stamps_counts_from_its_start(flight, tmp_path, capsys):
+    wild = tmp_path / "wild.tlog"
+    with TlogWriter(wild) as writer:
+        for index, entry in enumerate(flight.messages):
+            writer.write(2**64 - 1 - 1000 * index if index % 2 else 2**63 + 1000 * index, entry.frame)
+    assert main(["log", "export", str(wild), "--format", "ulog"]) == main(["log", "export", str(wild)]) == 0
+    assert main(["plot", str(wild)]) == 2
+    assert "lasts 0.0 s: nothing of it is from 0 to 0 s" in capsys.readouterr().err
+    assert read_flight_log(wild).start_us == 0
 
 
 def test_what_cannot_be_exported_is_answered_in_one_line(flight, tmp_path, capsys):

@@ -24,6 +24,7 @@ from ground.log_replay import Replay
 from ground.recorder import Recorder
 from ground.replay_numbering import renumbered
 from ground.session import Session
+from ground.transport import OnePeer
 from protocol import dialect
 from tests.ground.recorded_flights import let_pass, payloads, record
 
@@ -58,7 +59,7 @@ class Replayed:
         return self._down.popleft() if self._down else b""
 
 
-class Wire:
+class Wire(OnePeer):
     """One end of a wire: what is sent goes into a queue, and receiving is what the other end makes of it."""
 
     def __init__(self, queue: deque[bytes], receive) -> None:

@@ -56,6 +56,58 @@ def test_it_warns_of_a_turning_angle_that_swings(flying_kite):
     assert any("lower INNER_P (kite-ground tune), or go to PARK" in text for text in advisor.warnings())
 
 
+def test_silence_is_told_before_anything_else_and_soon(flying_kite):
+    """Fifty states a second, and then none for a second: whatever the flight did last, that is what is told."""
+    kite = flying_kite("paper-delay", round_trip_s=0.02)
+    session = kite.session(print)
+    advisor = Advisor(session)
+    fly(session, 30.0)
+    kite.change_link(down=LinkSettings(loss=1.0), up=LinkSettings())
+    fly(session, 0.5)
+    assert not any("NO MESSAGE" in text for text in advisor.warnings())
+    fly(session, 0.7)
+    (silent,) = advisor.warnings()
+    assert silent.startswith("NO MESSAGE FOR 1.2 s, all below is old")
+
+
+def test_a_firmware_that_stood_still_is_not_told_to_lower_its_gain(flying_kite):
+    """The kite flies on for 3 s without its firmware, and is far off the target then: that is not the gain's doing.
+    A link that is gone for as long is not taken for it, and blames nobody."""
+    kite = flying_kite("small-kite-paper", round_trip_s=0.02)
+    session = kite.session(print)
+    advisor = Advisor(session)
+    fly(session, 10.0)
+    kite.change_link(down=LinkSettings(loss=1.0), up=LinkSettings())
+    fly(session, 2.0)
+    kite.change_link(down=LinkSettings(delay_s=0.01), up=LinkSettings(delay_s=0.01))
+    fly(session, 3.0)
+    assert not any("stood still" in text for text in advisor.warnings())
+    fly(session, 10.0)
+    kite.suspend_firmware(3.0)
+    fly(session, 0.5)
+    assert advisor.warnings()[0].startswith("the firmware stood still for 3.")
+    for _ in range(9):
+        fly(session, 0.5)
+        assert not any("INNER_P" in text for text in advisor.warnings())
+    fly(session, 20.0)
+    assert advisor.warnings() == []
+
+
+@pytest.mark.parametrize("what", ["values", "stamps"])
+def test_sensors_that_stand_still_are_told(flying_kite, what):
+    """The same values with new stamps, or the same stamp with other values: neither is a flight."""
+    kite = flying_kite("small-kite", round_trip_s=0.02)
+    session = kite.session(print)
+    advisor = Advisor(session)
+    fly(session, 10.0)
+    assert advisor.warnings() == []
+    kite.freeze_sensors(what)
+    fly(session, 1.7)
+    told = advisor.warnings()
+    assert any("has not changed for" in text or "samples are stale" in text for text in told)
+    assert not any("INNER_P" in text for text in told)
+
+
 @pytest.mark.parametrize(("width", "height"), [(80, 24), (120, 40), (40, 10), (20, 3)])
 def test_the_screen_fits(flying_kite, width, height):
     session = flying_kite("small-kite").session(print)

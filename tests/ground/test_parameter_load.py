@@ -66,11 +66,12 @@ def test_what_the_vehicle_refuses_stops_nothing_else(simulated_kite, operator_of
 def test_nothing_of_a_file_with_mistakes_is_sent_unless_the_rest_is_asked_for(operator, tmp_path):
     path = tmp_path / "mistakes.param"
     path.write_text("INNER_P 2.5\nOUTER_L nan\nSTEER_MAX 3\nOUTER_LL 4\nFF_GAIN 1 2 3\nTURN_K 0.5\n")
-    operator.is_told(UsageError, "3 lines cannot be sent; nothing was set", "param", "load", path, "--yes")
+    operator.is_told(UsageError, "4 lines cannot be sent; nothing was set", "param", "load", path, "--yes")
     assert operator.remarked.splitlines() == [
         f"{path}:2: 'nan' is not a finite number that a float32 holds",
-        f"{path}:5: 'FF_GAIN 1 2 3' is no parameter: should be NAME value",
-        f"{path}:3: STEER_MAX = 3 is outside 0.0625 to 1"]
+        f"{path}:3: STEER_MAX = 3 is outside 0.0625 to 1",
+        f"{path}:4: no parameter is called OUTER_LL; did you mean OUTER_L?",
+        f"{path}:5: 'FF_GAIN 1 2 3' is no parameter: should be NAME value"]
     assert operator.kite.firmware_parameter("INNER_P") == load_parameters()["INNER_P"].default
     assert operator.runs("param", "load", path, "--yes", "--rest") == 0
     assert operator.remarked.count("left out") == 4

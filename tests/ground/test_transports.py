@@ -7,6 +7,7 @@ from contextlib import closing
 
 import pytest
 
+from ground.connection import Connection
 from ground.links import open_links
 from ground.transport import LinkError, open_transport
 from protocol import dialect
@@ -45,6 +46,44 @@ def test_udpin_answers_whoever_was_heard_last(vehicle):
             assert transport.receive(LONG_S) == b"second"
             transport.send(b"to the other")
             assert other.recv(100) == b"to the other"
+
+
+def test_a_station_on_udpin_answers_where_the_kites_heartbeat_comes_from(vehicle):
+    """Two strangers talk more than the kite, one of them under its id: both get nothing. A kite that moves is followed,
+    but not while the first one is heard."""
+    port, clock = free_port(), [0.0]
+    links = open_links([f"udpin:{HOST}:{port}"], lambda: clock[0], print)
+    connection = Connection(links)
+    beat = dialect.MAVLink_heartbeat_message(
+        dialect.MAV_TYPE_KITE, dialect.MAV_AUTOPILOT_GENERIC, 0, 0, dialect.MAV_STATE_ACTIVE, 3)
+    packer = dialect.MAVLink(None, 1, 1)
+
+    def hear(sender: socket.socket, data: bytes) -> None:
+        packer.seq = (packer.seq + 1) % 256
+        sender.sendto(data or beat.pack(packer), (HOST, port))
+        connection.poll(LONG_S)
+
+    with closing(links), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger, \
+            socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as impostor:
+        for other in (stranger, impostor):
+            other.bind((HOST, 0))
+            other.setblocking(False)
+        hear(stranger, b"not MAVLink at all")
+        hear(vehicle, b"")
+        hear(stranger, b"again")
+        hear(impostor, b"")
+        connection.send(dialect.MAVLink_param_request_list_message(1, 1))
+        kinds = set()
+        while "PARAM_REQUEST_LIST" not in kinds:
+            kinds |= {message.get_type() for message in dialect.MAVLink(None).parse_buffer(vehicle.recv(2000)) or []}
+        for other in (stranger, impostor):
+            with pytest.raises(BlockingIOError):
+                other.recv(2000)
+        clock[0] += 10.0
+        hear(impostor, b"")
+        connection.send(dialect.MAVLink_param_request_list_message(1, 1))
+        impostor.settimeout(LONG_S)
+        assert impostor.recv(2000)
 
 
 def test_udpout_calls_and_hears_the_answer(vehicle):
