@@ -1,0 +1,118 @@
+"""docs/modes.md, "When samples are fresh", as an oracle: written from that page, not from the firmware.
+
+Times are in microseconds; `now` never wraps, the samples' stamps do.
+"""
+
+import math
+from typing import NamedTuple
+
+from sim_bridge.sensors import Sample
+
+SECOND = 1_000_000
+WRAP = 1 << 30
+FRESH_US = SECOND // 2  # samples must have been accepted for this long
+SLACK = 0.003  # [rad]
+LIMITS = (3.2, 1.5708, None, 1e6, 1e6, None, 1e6, 1e6)  # of the quantities either way, in the order of their valid bits
+DISTANCE_M, AIRSPEED_M_S = (1.0, 1e4), (0.0, 200.0)
+POSITION = 0b11
+
+
+class Place(NamedTuple):
+    """Where and when the kite was, as a sample told; `arrival` is by the firmware's clock, `stamp` by the sample's."""
+
+    arrival: int
+    stamp: int
+    azimuth: float
+    elevation: float
+
+
+class DocumentedSamples:
+    """Which samples are accepted, and for how long. `stale_time` [us] and `jump_rate` [rad/s] are the parameters."""
+
+    def __init__(self) -> None:
+        self.last: Place | None = None  # the last one accepted
+        self.before: Place | None = None  # the one before, accepted or not
+        self.accepted_since: int | None = None  # with no gap above STALE_TIME
+        self.stale_time = 0
+        self.jump_rate = 0.0
+
+    def is_old(self, now: int) -> bool:
+        """Nothing was accepted for STALE_TIME. Asked before a tick's own sample is looked at."""
+        return self.last is None or now - self.last.arrival > self.stale_time
+
+    def take(self, now: int, sample: Sample | None) -> None:
+        """A tick, with the sample that it brings."""
+        if self.is_old(now):
+            self.accepted_since = None
+        if sample is None or not is_well_formed(sample):
+            return
+        place = Place(now, sample[0], sample[1], sample[2])
+        if self._brings_news_that_can_be_true(place):
+            self.last = place
+            if self.accepted_since is None:
+                self.accepted_since = now
+        self.before = place
+
+    def must_be_fresh(self) -> bool:
+        """Samples were accepted for half a second."""
+        return self.accepted_since is not None and self.last is not None and (
+            self.last.arrival - self.accepted_since >= FRESH_US)
+
+    def may_be_fresh(self, now: int) -> bool:
+        """Half a second has gone since the first, though not yet between the first and the last."""
+        return self.accepted_since is not None and now - self.accepted_since >= FRESH_US
+
+    def is_close_call(self, now: int, sample: Sample) -> bool:
+        """A sample so near to a limit that rounding decides: not one to judge a firmware by."""
+        place = Place(now, sample[0], sample[1], sample[2])
+        known = [other for other in (self.last, self.before) if other]
+        return any(now - other.arrival == self.stale_time
+                   or abs(distance(other, place) - self._reach(other, place)) < 1e-5 for other in known)
+
+    def _brings_news_that_can_be_true(self, place: Place) -> bool:
+        if self.is_old(place.arrival) or self.last is None:
+            before = self.before
+            if before is None or place.arrival - before.arrival >= self.stale_time:
+                return True
+            return later(place.stamp, before.stamp) > 0 and self._can_come_from(before, place)
+        assert self.before is not None
+        ahead = later(place.stamp, self.last.stamp)
+        return (0 < ahead <= place.arrival - self.last.arrival + self.stale_time
+                and later(place.stamp, self.before.stamp) > 0
+                and self._can_come_from(self.last, place) and self._can_come_from(self.before, place))
+
+    def _can_come_from(self, known: Place, place: Place) -> bool:
+        return distance(known, place) <= self._reach(known, place)
+
+    def _reach(self, known: Place, place: Place) -> float:
+        return self.jump_rate * later(place.stamp, known.stamp) / SECOND + SLACK
+
+
+def is_well_formed(sample: Sample) -> bool:
+    """Azimuth and elevation are there, and all that is marked valid is finite and in range."""
+    valid = sample[9]
+    if valid & POSITION != POSITION:
+        return False
+    for bit, limit in enumerate(LIMITS):
+        least, greatest = (-limit, limit) if limit else DISTANCE_M if bit == 2 else AIRSPEED_M_S
+        if valid >> bit & 1 and not least <= sample[1 + bit] <= greatest:
+            return False
+    return True
+
+
+def later(stamp: int, other: int) -> int:
+    """How much later a stamp is than another [us]; negative if it is earlier."""
+    return (stamp - other + WRAP // 2) % WRAP - WRAP // 2
+
+
+def distance(one: Place, other: Place) -> float:
+    """Angle between two places [rad]."""
+    a, b = unit(one), unit(other)
+    cross = (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+    return math.atan2(math.hypot(*cross), sum(x * y for x, y in zip(a, b, strict=True)))
+
+
+def unit(place: Place) -> tuple[float, float, float]:
+    """Unit position."""
+    level = math.cos(place.elevation)
+    return level * math.cos(place.azimuth), level * math.sin(place.azimuth), math.sin(place.elevation)
