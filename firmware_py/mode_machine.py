@@ -84,10 +84,9 @@ class ModeMachine:
             problem = "samples are stale" if self.stale else curve_problem
             if problem is not None:
                 return problem
-        if mode == KITE_MODE_MANUAL:
+        if mode != self.mode:
             self._manual_silence_us = 0
             self.manual_steering = 0.0
-        if mode != self.mode:
             self._enter(mode, "")
         return None
 

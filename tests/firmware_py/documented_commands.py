@@ -24,7 +24,8 @@ PATIENCE_TICKS = 100  # in which a command that waits for the check of the eight
 CURVE = ("EIGHT_AZIMUTH", "EIGHT_ELEVATION", "EIGHT_HALF_H", "EIGHT_HALF_W", "EIGHT_LEAST_EL", "LINE_LENGTH",
          "STEER_MAX", "TURN_K", "WINDOW_ANGLE")
 ARMING, DISARMING = "ARM", "DISARM"
-WORDS = {STANDBY: "STANDBY", MANUAL: "MANUAL", PARK: "PARK", TRACK: "TRACK"}
+MODES = {"STANDBY": STANDBY, "MANUAL": MANUAL, "PARK": PARK, "TRACK": TRACK}
+WORDS = {mode: word for word, mode in MODES.items()}
 
 
 class Frame(NamedTuple):
@@ -54,7 +55,7 @@ class Obeyed(NamedTuple):
 
 
 class Waiting:
-    """A TRACK or ARM that is not answered yet."""
+    """A TRACK or ARM that is not answered yet, or a MANUAL that came before the kite was armed."""
 
     def __init__(self, frame: Frame, order: int, doubtful: bool = False, overtaken: bool = False):
         self.frame = frame
@@ -134,7 +135,7 @@ class Commands:
         self._order += 1
         self._asked.append(Obeyed(frame, flight.now, self._order))
         for other in self._waiting:
-            other.overtaken |= wish in (DISARMING, "STANDBY") or (other.frame.wish == "TRACK" and wish != "TRACK")
+            other.overtaken |= wish in (DISARMING, "STANDBY") or other.frame.wish not in (wish, ARMING)
             other.doubtful = True
         for _, results in self._expected:
             results.add(REJECTED)  # one that is overtaken in its own tick
@@ -162,14 +163,15 @@ class Commands:
         if wish in (DISARMING, "STANDBY"):
             flight.enter(STANDBY)
             self._expect(frame, {ACCEPTED})
-        elif wish in ("PARK", "MANUAL"):
-            if flight.armed:
-                flight.enter(PARK if wish == "PARK" else MANUAL)
-            self._expect(frame, {ACCEPTED} if flight.armed else {REJECTED})
+        elif wish in ("PARK", "MANUAL") and flight.armed:
+            flight.enter(MODES[wish])
+            self._expect(frame, {ACCEPTED})
+        elif wish == "PARK" or (wish == "MANUAL" and not self._waiting):
+            self._expect(frame, {REJECTED})
         elif self._is_so(wish) and not (wish == "TRACK" and flight.stale):
             self._expect(frame, {ACCEPTED})
         else:
-            self._waiting.append(Waiting(frame, self._order, doubtful=wish == "TRACK" and not flight.armed))
+            self._waiting.append(Waiting(frame, self._order, doubtful=wish != ARMING and not flight.armed))
 
     def _expect(self, frame: Frame, results: set[int]) -> None:
         self._expected.append((frame, results))
@@ -212,20 +214,22 @@ class Commands:
         self._waiting.remove(chosen)
 
     def _accepted(self, waiting: Waiting) -> None:
-        flight, wish = self._flight, waiting.frame.wish
+        flight, wish = self._flight, waiting.frame.wish or ""
         if waiting.overtaken:
             raise DivergenceError(f"{wish} is accepted though it was overtaken", self.story())
-        if self._is_so(wish or ""):
+        if self._is_so(wish):
             return
-        if wish == "TRACK" and (flight.stale or not flight.armed):
-            raise DivergenceError("TRACK is accepted while samples are stale" if flight.armed else "TRACK before ARM")
-        if wish == ARMING and flight.samples.is_old(flight.now):
-            raise DivergenceError("armed without fresh samples")
-        if self._flyable() is False:
-            raise DivergenceError(f"{wish} is accepted with an eight that cannot be flown")
         if wish == ARMING:
+            if flight.samples.is_old(flight.now):
+                raise DivergenceError("armed without fresh samples")
             flight.stale = False
-        flight.enter(TRACK if wish == "TRACK" else PARK)
+        elif not flight.armed:
+            raise DivergenceError(f"{wish} is accepted before ARM")
+        if wish == "TRACK" and flight.stale:
+            raise DivergenceError("TRACK is accepted while samples are stale")
+        if wish != "MANUAL" and self._flyable() is False:
+            raise DivergenceError(f"{wish} is accepted with an eight that cannot be flown")
+        flight.enter(PARK if wish == ARMING else MODES[wish])
 
     def _rejected(self, waiting: Waiting) -> None:
         flight = self._flight

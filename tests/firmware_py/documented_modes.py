@@ -16,6 +16,7 @@ from protocol.parameter_table import load_parameters
 from sim_bridge.sensors import Sample
 
 TEXT_TICKS = 12  # texts go out one a tick
+HEARTBEAT_US = 3 * SECOND  # once a second; a clock that has jumped, which counts as a second, may cost two more
 NEUTRAL_TICKS = 25  # a control law that wants nothing at all for so long does not steer
 
 
@@ -57,7 +58,7 @@ class Documented:
         self._station_heard = False
         self._station_us = 0
         self._silence_told = False
-        self._heartbeat_us: int | None = None
+        self._without_heartbeat_us = 0
         self._neutral_ticks = 0
         self._owed: list[Owed] = []
 
@@ -83,7 +84,8 @@ class Documented:
 
     def tick(self, clock: int, sample: Sample | None, frames: list[Frame], seen: Seen) -> None:
         """Hold a tick at `clock` [us, wrapped] against the page: `sample` and `frames` arrived, `seen` came out."""
-        self.now += self._elapsed(clock)
+        elapsed = self._elapsed(clock)
+        self.now += elapsed
         self._clock = clock
         limits = self._limits()
         self._watch_samples(sample, seen)
@@ -98,7 +100,7 @@ class Documented:
         check_steering(rows, seen.steering, self.steering, limits)
         self.steering = seen.steering
         self._check_law_steers(rows[-1])
-        self._check_telemetry(rows, seen)
+        self._check_telemetry(rows, elapsed, seen)
         self._check_texts([text.text for text in seen.of_kind("STATUSTEXT")])
 
     def enter(self, mode: int) -> None:
@@ -201,16 +203,15 @@ class Documented:
         if self._neutral_ticks > NEUTRAL_TICKS:
             raise DivergenceError("the control law does not steer", str(row))
 
-    def _check_telemetry(self, rows: list[Row], seen: Seen) -> None:
+    def _check_telemetry(self, rows: list[Row], elapsed: int, seen: Seen) -> None:
         beats = seen.of_kind("HEARTBEAT")
         for beat in beats:
             told = (beat.custom_mode, beat.base_mode, beat.system_status)
             if told not in [row.heartbeat for row in rows]:
                 raise DivergenceError("heartbeat tells another state", f"{told} in {rows}")
-        if not beats and (self._heartbeat_us is None or self.now - self._heartbeat_us > SECOND):
-            raise DivergenceError("no heartbeat for a second")
-        if beats:
-            self._heartbeat_us = self.now
+        self._without_heartbeat_us = 0 if beats else self._without_heartbeat_us + min(elapsed, SECOND)
+        if self._without_heartbeat_us > HEARTBEAT_US:
+            raise DivergenceError("no heartbeat")
         for state in seen.of_kind("KITE_STATE"):
             is_stale = bool(state.status & dialect.KITE_STATUS_STALE)
             if state.mode != self.mode or (self.armed and is_stale != self.stale):

@@ -11,6 +11,7 @@ from sim_bridge.sensors import Sample
 SECOND = 1_000_000
 WRAP = 1 << 30
 FRESH_US = SECOND // 2  # samples must have been accepted for this long
+AHEAD_US = 5 * SECOND  # a stamp may be so much further ahead than the clock has moved
 SLACK = 0.003  # [rad]
 LIMITS = (3.2, 1.5708, None, 1e6, 1e6, None, 1e6, 1e6)  # of the quantities either way, in the order of their valid bits
 DISTANCE_M, AIRSPEED_M_S = (1.0, 1e4), (0.0, 200.0)
@@ -31,7 +32,7 @@ class DocumentedSamples:
 
     def __init__(self) -> None:
         self.last: Place | None = None  # the last one accepted
-        self.before: Place | None = None  # the one before, accepted or not
+        self.before: Place | None = None  # the one before, accepted or not, unless its stamp is not news
         self.accepted_since: int | None = None  # with no gap above STALE_TIME
         self.stale_time = 0
         self.jump_rate = 0.0
@@ -42,12 +43,15 @@ class DocumentedSamples:
 
     def take(self, now: int, sample: Sample | None) -> None:
         """A tick, with the sample that it brings."""
-        if self.is_old(now):
+        old = self.is_old(now)
+        if old:
             self.accepted_since = None
         if sample is None or not is_well_formed(sample):
             return
         place = Place(now, sample[0], sample[1], sample[2])
-        if self._brings_news_that_can_be_true(place):
+        if not old and self.last and later(place.stamp, self.last.stamp) <= 0:
+            return  # refused, and nothing is held against it
+        if self._starts_anew(place) if old else self._goes_on(place):
             self.last = place
             if self.accepted_since is None:
                 self.accepted_since = now
@@ -63,26 +67,30 @@ class DocumentedSamples:
         return self.accepted_since is not None and now - self.accepted_since >= FRESH_US
 
     def is_close_call(self, now: int, sample: Sample) -> bool:
-        """A sample so near to a limit that rounding decides: not one to judge a firmware by."""
+        """A sample so near to how far a kite can fly that rounding decides: not one to judge a firmware by."""
+        if not is_well_formed(sample):
+            return False
         place = Place(now, sample[0], sample[1], sample[2])
-        known = [other for other in (self.last, self.before) if other]
-        return any(now - other.arrival == self.stale_time
-                   or abs(distance(other, place) - self._reach(other, place)) < 1e-5 for other in known)
+        return any(abs(distance(known, place) - self._reach(known, place)) < 1e-5
+                   for known in (self.last, self.before) if known)
 
-    def _brings_news_that_can_be_true(self, place: Place) -> bool:
-        if self.is_old(place.arrival) or self.last is None:
-            before = self.before
-            if before is None or place.arrival - before.arrival >= self.stale_time:
-                return True
-            return later(place.stamp, before.stamp) > 0 and self._can_come_from(before, place)
-        assert self.before is not None
-        ahead = later(place.stamp, self.last.stamp)
-        return (0 < ahead <= place.arrival - self.last.arrival + self.stale_time
-                and later(place.stamp, self.before.stamp) > 0
-                and self._can_come_from(self.last, place) and self._can_come_from(self.before, place))
+    def _goes_on(self, place: Place) -> bool:
+        assert self.last is not None and self.before is not None
+        return self._follows(self.last, place) and self._follows(self.before, place)
 
-    def _can_come_from(self, known: Place, place: Place) -> bool:
-        return distance(known, place) <= self._reach(known, place)
+    def _starts_anew(self, place: Place) -> bool:
+        before = self.before
+        if before is None:
+            return True
+        if place.arrival - before.arrival <= self.stale_time:
+            return self._follows(before, place)
+        return place.stamp != before.stamp
+
+    def _follows(self, known: Place, place: Place) -> bool:
+        """Its stamp is later, no further ahead than the clock has moved plus 5 s, and the kite can have come there."""
+        ahead = later(place.stamp, known.stamp)
+        return (0 < ahead <= place.arrival - known.arrival + AHEAD_US
+                and distance(known, place) <= self._reach(known, place))
 
     def _reach(self, known: Place, place: Place) -> float:
         return self.jump_rate * later(place.stamp, known.stamp) / SECOND + SLACK

@@ -47,7 +47,7 @@ FAIL_SAFES: dict[str, tuple[float, ...]] = {
 JUMPS_US = (WRAP // 2, WRAP // 2 + 10_000_000, WRAP - 100_000_000)
 PREDICTED = {"PRED_DELAY": 0.25, "FF_GAIN": 1.0, "INNER_P": 4.0}
 WAIT_TICKS = 150
-GROUND_TICKS = 8
+GROUND_TICKS = 5
 
 few = st.integers(1, 12)
 ticks = st.integers(1, 60)
@@ -104,7 +104,7 @@ class AutopilotMachine(RuleBasedStateMachine):
     # Time goes on
 
     def fly(self, count: int = 1, late_us: int = 0) -> None:
-        """Run ticks, the first of them late by `late_us`; what waits arrives with it. On the ground a few are enough."""
+        """Run ticks, the first late by `late_us`; what waits arrives with it. On the ground a few are enough."""
         for index in range(count if self.documented.armed else min(count, GROUND_TICKS)):
             self.bench.time_s = round(self.bench.time_s + (late_us * 1e-6 if not index else 0.0), 6)
             if self.pilot_ticks:
@@ -190,7 +190,7 @@ class AutopilotMachine(RuleBasedStateMachine):
         self.fly(count)
 
     @precondition(lambda self: self.documented.mode != TRACK)
-    @rule(count=st.integers(60, 150))
+    @rule(count=st.integers(100, 250))
     def the_operator_flies_the_eight(self, count: int) -> None:
         self.back_to_track()
         self.fly(count)
