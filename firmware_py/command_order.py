@@ -10,30 +10,30 @@ _REMEMBERED = 8
 
 
 class CommandOrder:
-    """Remembers the last few commands that were obeyed."""
+    """Remembers the last few commands that were obeyed, or overtaken while they waited."""
 
     def __init__(self):
-        self._obeyed = []  # (sender, sequence, what, time), the newest last
+        self._done = []  # (sender, sequence, what, time), the newest last
 
     def is_late(self, sender, sequence, what, is_safe, uptime_us):
-        """True for a command that was overtaken by one that its sender sent later, and that was obeyed.
+        """True for a command that does not come after the last of its sender. Ask where it would change something.
 
-        `what` it asks for: the same as that later one is no harm. `is_safe`: PARK, MANUAL or disarm, which are late
-        only as the very frame that was obeyed before. `sequence` None: nothing is known of the order.
+        `what` it asks for; `is_safe`: PARK, MANUAL or disarm, which are late only as the very frame that was obeyed
+        before. `sequence` None: nothing is known of the order.
         """
         if sequence is None:
             return False
         last = None
-        obeyed = False
-        for command in self._obeyed:
+        same = False
+        for command in self._done:
             if command[0] == sender and uptime_us - command[3] < _RECENT_US:
                 last = command
-                obeyed = obeyed or (command[1] == sequence and command[2] == what)
-        if last is None or last[2] == what or (last[1] - sequence) & 0xFF > _BEHIND:
+                same = same or (command[1] == sequence and command[2] == what)
+        if last is None or (last[1] - sequence) & 0xFF > _BEHIND:
             return False
-        return obeyed or not is_safe
+        return same or not is_safe
 
     def note(self, sender, sequence, what, uptime_us):
-        """A command was obeyed."""
-        self._obeyed = self._obeyed[1 - _REMEMBERED :]
-        self._obeyed.append((sender, sequence or 0, what, uptime_us))
+        """A command was obeyed, or is overtaken for good."""
+        self._done = self._done[1 - _REMEMBERED :]
+        self._done.append((sender, sequence or 0, what, uptime_us))

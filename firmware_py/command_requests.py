@@ -35,6 +35,12 @@ class CommandRequests:
             return values[0] == 1.0 and not self._modes.armed()
         return values[7] == MAV_CMD_DO_SET_MODE and values[1] == KITE_MODE_TRACK != self._modes.mode
 
+    def is_so(self, values):
+        """True for a command that arms, disarms or changes the mode, where what it asks for is so already."""
+        if values[7] == MAV_CMD_COMPONENT_ARM_DISARM:
+            return self._modes.armed() == (values[0] == 1.0)
+        return values[1] == self._modes.mode
+
     def run(self, values, problem, system, component, now, uptime_us):
         """Do it, acknowledge it, return the MAV_RESULT; `problem` speaks against flying the curve, or is None."""
         command = values[7]

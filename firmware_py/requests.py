@@ -123,7 +123,10 @@ class Requests:
         return message in _COMMANDS and values[7] in _MOVING and self._for_us(values[8], values[9])
 
     def _is_late(self, request):
+        """True for a late copy of a command that moves the kite; what only asks for what is so is none."""
         _, values, _, _, sequence = request
+        if self._commands.is_so(values):
+            return False
         what = _what(values)
         is_safe_one = is_safe(values) or what == (MAV_CMD_DO_SET_MODE, KITE_MODE_MANUAL)
         return self._order.is_late(sender_of(request), sequence, what, is_safe_one, self._uptime_us)
@@ -174,7 +177,9 @@ class Requests:
 
     def _overtake_waiting(self):
         """Reject the commands that wait for the curve's check."""
-        for _, values, system, component, _ in self._curve.take_commands():
+        for request in self._curve.take_commands():
+            _, values, system, component, sequence = request
+            self._order.note(sender_of(request), sequence, _what(values), self._uptime_us)
             self._on_overtaken(values, system, component)
 
     def _for_us(self, system, component):

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 ACCEPTED, REJECTED = dialect.MAV_RESULT_ACCEPTED, dialect.MAV_RESULT_TEMPORARILY_REJECTED
 LATE_US = 3 * SECOND
+BEHIND = 32  # numbers; a station that is further behind has begun anew
 PATIENCE_TICKS = 100  # in which a command that waits for the check of the eight is answered
 CURVE = ("EIGHT_AZIMUTH", "EIGHT_ELEVATION", "EIGHT_HALF_H", "EIGHT_HALF_W", "EIGHT_LEAST_EL", "LINE_LENGTH",
          "STEER_MAX", "TURN_K", "WINDOW_ANGLE")
@@ -46,12 +47,16 @@ class Frame(NamedTuple):
         return WORDS[int(message.param2)] if message.command == DO_SET_MODE else None
 
 
-class Obeyed(NamedTuple):
-    """A mode command that was not late; `order` counts them over all stations."""
+class Done(NamedTuple):
+    """A mode command that was obeyed, or overtaken while it waited."""
 
     frame: Frame
     at_us: int
-    order: int
+
+
+def behind(frame: Frame, done: Done) -> int:
+    """By how many numbers a frame is behind one that was done [0 to 255]; 0 is a copy of it."""
+    return (done.frame.sequence - frame.sequence) % 256
 
 
 class Waiting:
@@ -70,7 +75,8 @@ class Commands:
 
     def __init__(self, flight: "Documented"):
         self._flight = flight
-        self._asked: deque[Obeyed] = deque(maxlen=64)
+        self._done: deque[Done] = deque(maxlen=64)
+        self._heard: deque[Frame] = deque(maxlen=16)
         self._order = 0
         self._waiting: list[Waiting] = []
         self._expected: list[tuple[Frame, set[int]]] = []  # acknowledgements of this tick
@@ -81,8 +87,10 @@ class Commands:
 
     def story(self) -> str:
         """The last commands, for the text of an error."""
-        return ", ".join(f"{entry.frame.wish} from {entry.frame.station[0]} #{entry.frame.sequence} at {entry.at_us}"
-                         for entry in list(self._asked)[-6:])
+        done = [f"{entry.frame.wish} from {entry.frame.station[0]} #{entry.frame.sequence} at {entry.at_us}"
+                for entry in list(self._done)[-4:]]
+        heard = [f"{frame.wish} from {frame.station[0]} #{frame.sequence}" for frame in list(self._heard)[-6:]]
+        return f"now {self._flight.now}, heard {heard}, done {done}"
 
     def recent(self, ticks: int) -> int:
         """How many commands and sets came within the last `ticks`."""
@@ -95,18 +103,16 @@ class Commands:
 
     def is_clear_copy(self, frame: Frame) -> bool:
         """Whether the page says what a copy of `frame` does that arrives now."""
-        now, wish = self._flight.now, frame.wish
-        mine = [entry for entry in self._asked if entry.frame.station == frame.station]
-        ages = [now - entry.at_us for entry in mine]
-        if any(abs(age - LATE_US) < SECOND // 10 for age in ages):
+        now = self._flight.now
+        mine = [entry for entry in self._done if entry.frame.station == frame.station]
+        if any(abs(now - entry.at_us - LATE_US) < SECOND // 10 for entry in mine):
             return False
-        if wish in ("TRACK", ARMING):
+        recent = self._recent(frame.station)
+        if not recent:
             return True
-        fresh = [entry for entry, age in zip(mine, ages, strict=True) if age < LATE_US]
-        same = [entry for entry in fresh if entry.frame.sequence == frame.sequence]
-        if not same:
-            return not fresh  # an old PARK after newer commands
-        return same[-1].order != self._order or self._is_so(wish or "")  # else a fail-safe overtook it
+        if frame.wish in ("TRACK", ARMING):
+            return behind(frame, recent[-1]) <= BEHIND
+        return any(entry.frame.sequence == frame.sequence for entry in recent)  # else an old PARK after newer commands
 
     def hear(self, frame: Frame) -> None:
         """A COMMAND_LONG or PARAM_SET arrived; anything else asks for nothing that the page speaks of."""
@@ -121,7 +127,9 @@ class Commands:
 
     def _command(self, frame: Frame, wish: str) -> None:
         flight = self._flight
-        if self._is_late(frame, wish):
+        copied = frame in self._heard
+        self._heard.append(frame)
+        if self._is_late(frame, wish) or (copied and self._is_so(wish)):
             for other in self._waiting:
                 other.doubtful = True
             if self._is_so(wish):
@@ -133,7 +141,6 @@ class Commands:
             return
         flight.hear_operator()
         self._order += 1
-        self._asked.append(Obeyed(frame, flight.now, self._order))
         for other in self._waiting:
             other.overtaken |= wish in (DISARMING, "STANDBY") or other.frame.wish not in (wish, ARMING)
             other.doubtful = True
@@ -142,15 +149,20 @@ class Commands:
         self._obey(frame, wish)
 
     def _is_late(self, frame: Frame, wish: str) -> bool:
-        now = self._flight.now
-        mine = [entry for entry in self._asked if entry.frame.station == frame.station]
-        recent = [entry for entry in mine if now - entry.at_us < LATE_US]
-        if not recent:
+        recent = self._recent(frame.station)
+        if not recent or self._is_so(wish):
             return False
         if wish in ("TRACK", ARMING):
-            return not 0 < (frame.sequence - recent[-1].frame.sequence) % 256 < 128
-        same = [entry for entry in recent if entry.frame.sequence == frame.sequence and entry.frame.wish == wish]
-        return bool(same) and same[-1].order != self._order
+            return behind(frame, recent[-1]) <= BEHIND
+        return any(entry.frame.sequence == frame.sequence and entry.frame.wish == wish for entry in recent)
+
+    def _recent(self, station: tuple[int, int]) -> list[Done]:
+        """What a station's commands did within 3 s."""
+        now = self._flight.now
+        return [entry for entry in self._done if entry.frame.station == station and now - entry.at_us < LATE_US]
+
+    def _note(self, frame: Frame) -> None:
+        self._done.append(Done(frame, self._flight.now))
 
     def _is_so(self, wish: str) -> bool:
         flight = self._flight
@@ -162,16 +174,20 @@ class Commands:
         flight = self._flight
         if wish in (DISARMING, "STANDBY"):
             flight.enter(STANDBY)
-            self._expect(frame, {ACCEPTED})
+            self._accept(frame)
         elif wish in ("PARK", "MANUAL") and flight.armed:
             flight.enter(MODES[wish])
-            self._expect(frame, {ACCEPTED})
+            self._accept(frame)
         elif wish == "PARK" or (wish == "MANUAL" and not self._waiting):
             self._expect(frame, {REJECTED})
         elif self._is_so(wish) and not (wish == "TRACK" and flight.stale):
-            self._expect(frame, {ACCEPTED})
+            self._accept(frame)
         else:
             self._waiting.append(Waiting(frame, self._order, doubtful=wish != ARMING and not flight.armed))
+
+    def _accept(self, frame: Frame) -> None:
+        self._note(frame)
+        self._expect(frame, {ACCEPTED})
 
     def _expect(self, frame: Frame, results: set[int]) -> None:
         self._expected.append((frame, results))
@@ -217,6 +233,7 @@ class Commands:
         flight, wish = self._flight, waiting.frame.wish or ""
         if waiting.overtaken:
             raise DivergenceError(f"{wish} is accepted though it was overtaken", self.story())
+        self._note(waiting.frame)
         if self._is_so(wish):
             return
         if wish == ARMING:
@@ -235,6 +252,8 @@ class Commands:
         flight = self._flight
         if not (waiting.overtaken or waiting.doubtful or flight.stale or self._flyable() is not True):
             raise DivergenceError(f"{waiting.frame.wish} is refused without a reason", self.story())
+        if waiting.overtaken:
+            self._note(waiting.frame)
 
     def _flyable(self) -> bool | None:
         return can_be_flown(self._flight.parameters)

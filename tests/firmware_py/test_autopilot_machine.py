@@ -46,6 +46,7 @@ FAIL_SAFES: dict[str, tuple[float, ...]] = {
     "STEER_MAX": (0.125, 0.5), "JUMP_RATE": (30.0, 500.0)}
 JUMPS_US = (WRAP // 2, WRAP // 2 + 10_000_000, WRAP - 100_000_000)
 PREDICTED = {"PRED_DELAY": 0.25, "FF_GAIN": 1.0, "INNER_P": 4.0}
+STRANGER = 77
 WAIT_TICKS = 150
 GROUND_TICKS = 5
 
@@ -93,7 +94,7 @@ class AutopilotMachine(RuleBasedStateMachine):
         self.bench = self.board.boot()
         self.documented = Documented()
         self.stream = Stream()
-        self.operators = [Operator(255), Operator(7)]
+        self.operators = [Operator(255), Operator(7), Operator(STRANGER)]
         self.waiting: list[tuple[bytes, Frame]] = []
         self.pilot_ticks = 0
         self.pilot = 0.0
@@ -268,7 +269,7 @@ class AutopilotMachine(RuleBasedStateMachine):
     @rule(wish=st.sampled_from(["DISARM", "STANDBY", "PARK"]), size=st.integers(1, 60), count=few)
     def a_flood_comes_with_a_command(self, wish: str, size: int, count: int) -> None:
         for _ in range(size):
-            self.send(1, dialect.MAVLink_ping_message(1, 2, 0, 0))
+            self.send(2, dialect.MAVLink_ping_message(1, 2, 0, 0))
         self.order(0, wish)
         self.fly(count)
 
