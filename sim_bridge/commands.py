@@ -137,7 +137,7 @@ def paper(options: Namespace) -> int:
 def replay(options: Namespace) -> int:
     """`kite-sitl replay`."""
     path = Path(options.file)
-    result = play(path, options.runtime, notice)
+    result = play(path, options.runtime, notice, Path(options.columns) if options.columns else None)
     numbers: dict[str, Any] = dict(result.numbers)
     if options.plot or not options.json:
         plot = Path(options.plot) if options.plot else Path(f"{path.name.split('.')[0]}-replay.png")
