@@ -21,7 +21,7 @@ from analysis.root_clusters import ComplexArray, Expansion
 Array = NDArray[np.float64]
 
 _MOST_HALVINGS = 40
-_MOST_GAIN = 1e100  # beyond this the equation's terms overflow
+_MOST_GAIN = 1e30  # far beyond this the terms overflow
 
 
 class Loop(NamedTuple):

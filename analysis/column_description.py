@@ -12,6 +12,10 @@
     column = "phase"
     values = ["reel-out"]
 
+A time that falls into two columns, whole seconds and the fraction, is both together:
+
+    time = { column = "seconds", unit = "s", fraction = "micros", fraction_unit = "us" }
+
 `factor = 0.01` may stand for `unit`. Values become SI units, radians, and steering of -1 to 1, in the project's
 signs. A stretch longer than `max_gap_s` without a value is left out. `set_steering` may say
 `holds = "since_previous_row"` when a new command in a row means that it was given since the row before; otherwise it
@@ -27,7 +31,7 @@ _FOLDER = Path(__file__).parent / "flight_columns"
 PUBLIC_FLIGHT = _FOLDER / "v3_20191008.toml"
 SIMULATED_RUN = _FOLDER / "simulated_run.toml"
 
-_SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
+_SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 _ANGLE = {"rad": 1.0, "deg": math.pi / 180.0}
 _LENGTH = {"m": 1.0, "km": 1000.0}
 _SPEED = {"m/s": 1.0, "km/h": 1.0 / 3.6, "kn": 1852.0 / 3600.0}
@@ -56,6 +60,8 @@ class Column(NamedTuple):
     optional: bool
     max_gap_s: float
     since_previous_row: bool
+    fraction: str = ""  # of the time: the column that holds the rest, and its factor
+    fraction_factor: float = 0.0
 
 
 class ColumnDescription(NamedTuple):
@@ -68,6 +74,12 @@ class ColumnDescription(NamedTuple):
     columns: dict[str, Column]
     phase_column: str
     phase_values: tuple[Any, ...]
+    path: Path  # where it stands
+
+    @property
+    def own(self) -> bool:
+        """Whether a user wrote it."""
+        return self.path.parent != _FOLDER
 
 
 def load_description(path: Path) -> ColumnDescription:
@@ -82,6 +94,8 @@ def load_description(path: Path) -> ColumnDescription:
         raise FlightDataError(f"{path}: {error.strerror}") from error
     except ValueError as error:
         raise FlightDataError(f"{path}: not TOML: {error}") from error
+    if not content:
+        raise FlightDataError(f"{path}: says nothing about columns; see docs/flight-files.md")
     _check_keys(content, {"title": str, "attribution": str, "smoothing_s": (int, float), "smooth_both": bool,
                           "columns": dict, "phase": dict}, str(path))
     columns = {quantity: _column(quantity, entry, f"{path}, columns.{quantity}")
@@ -104,7 +118,13 @@ def load_description(path: Path) -> ColumnDescription:
             raise FlightDataError(f"{path}, phase: values must be numbers or texts")
     return ColumnDescription(content.get("title", path.stem), content.get("attribution", ""), smoothing_s,
                              content.get("smooth_both", True), columns, phase.get("column", ""),
-                             tuple(phase.get("values", ())))
+                             tuple(phase.get("values", ())), path)
+
+
+def no_phase(description: ColumnDescription) -> str:
+    """What is said of a file without a row in the described phase."""
+    values = ", ".join(str(value) for value in description.phase_values)
+    return f"no row has {description.phase_column} {values}"
 
 
 def _column(quantity: str, entry: Any, where: str) -> Column:
@@ -116,7 +136,7 @@ def _column(quantity: str, entry: Any, where: str) -> Column:
         raise FlightDataError(f"{where}: needs column = \"...\", the name in the file")
     number = (int, float)
     _check_keys(entry, {"column": str, "unit": str, "factor": number, "sign": number, "optional": bool,
-                        "max_gap_s": number, "holds": str}, where)
+                        "max_gap_s": number, "holds": str, "fraction": str, "fraction_unit": str}, where)
     if ("unit" in entry) == ("factor" in entry):
         raise FlightDataError(f"{where}: needs either unit or factor")
     if "unit" in entry and entry["unit"] not in units:
@@ -133,7 +153,17 @@ def _column(quantity: str, entry: Any, where: str) -> Column:
     holds = entry.get("holds", _HOLDS[0])
     if holds not in _HOLDS or ("holds" in entry and quantity != "set_steering"):
         raise FlightDataError(f"{where}: holds is for set_steering, and one of {', '.join(_HOLDS)}")
-    return Column(entry["column"], sign * factor, entry.get("optional", False), max_gap_s, holds == _HOLDS[1])
+    return Column(entry["column"], sign * factor, entry.get("optional", False), max_gap_s, holds == _HOLDS[1],
+                  *_fraction(quantity, entry, where))
+
+
+def _fraction(quantity: str, entry: dict[str, Any], where: str) -> tuple[str, float]:
+    """The column with the fraction of the time and its factor; none where there is no such column."""
+    if "fraction" not in entry and "fraction_unit" not in entry:
+        return "", 0.0
+    if quantity != "time" or "fraction" not in entry or entry.get("fraction_unit") not in _SECONDS:
+        raise FlightDataError(f"{where}: fraction is for time, and needs fraction_unit, one of {', '.join(_SECONDS)}")
+    return entry["fraction"], _SECONDS[entry["fraction_unit"]]
 
 
 def _check_keys(content: dict[str, Any], known: dict[str, Any], where: str) -> None:

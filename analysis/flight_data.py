@@ -10,18 +10,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analysis.column_description import PUBLIC_FLIGHT, FlightDataError, load_description
+from analysis.column_description import PUBLIC_FLIGHT, ColumnDescription, FlightDataError, load_description, no_phase
 from analysis.extras import ExtraMissingError
-from analysis.flight_table import read_table
+from analysis.flight_checks import check_period
+from analysis.flight_table import FlightTable, read_table
 from analysis.target_eight import Array, TargetEight, unit_position
 
-__all__ = ["ATTRIBUTION", "FlightData", "FlightDataError", "fit_eight", "read_flight"]
+__all__ = ["FlightData", "FlightDataError", "fit_eight", "read_flight"]
 
-ATTRIBUTION = load_description(PUBLIC_FLIGHT).attribution
+_LEAST_S = 5.0  # of flight; with less there is no eight
+_LEAST_AZIMUTH = 0.02  # [rad], from side to side
 
 
 class FlightData(NamedTuple):
-    """A recorded flight, each array (n,): SI units, radians, the project's signs; `time_s` starts at 0."""
+    """A recorded flight, each array (n,), NaN where unknown: SI units, radians, our signs; `time_s` starts at 0."""
 
     time_s: Array
     azimuth: Array
@@ -34,16 +36,42 @@ class FlightData(NamedTuple):
     airspeed: Array
     tether_force: Array
     reel_out: Array  # True where the kite flies eights
+    attribution: str
 
 
-def read_flight(path: Path) -> FlightData:
-    """Read a file of the public flight, row by row, CSV or gzipped CSV; an empty field becomes NaN.
+def read_flight(path: Path, columns: Path | None = None) -> FlightData:
+    """Read a flight row by row, CSV or gzipped CSV; NaN where a field is empty, or the file has no such column.
+
+    `columns` describes the columns (default: those of the public flight).
 
     Raises:
-        FlightDataError: no such file, not a CSV, columns missing, a value that is no number, no rows.
+        FlightDataError: it cannot be read, or has no azimuth or course, or no rows in the described phase.
     """
-    table = read_table(path, load_description(PUBLIC_FLIGHT))
-    return FlightData(time_s=table.time_s, reel_out=table.selected, **table.values)
+    description = load_description(columns or PUBLIC_FLIGHT)
+    table = read_table(path, description)
+    try:
+        _check_usable(table, description)
+    except FlightDataError as error:
+        raise FlightDataError(f"{path}: {error}") from error
+    missing = {name: np.full(len(table.time_s), np.nan) for name in FlightData._fields[1:-2]}
+    return FlightData(time_s=table.time_s, reel_out=table.selected, attribution=description.attribution,
+                      **missing | table.values)
+
+
+def _check_usable(table: FlightTable, description: ColumnDescription) -> None:
+    """Raises FlightDataError where there is too little to replay."""
+    if not table.selected.any():
+        raise FlightDataError(no_phase(description))
+    period_s = float(np.median(np.diff(table.time_s)))
+    check_period(period_s)
+    for quantity in ("azimuth", "elevation", "course"):
+        known = table.selected & np.isfinite(table.values.get(quantity, np.full(len(table.time_s), np.nan)))
+        known_s = np.count_nonzero(known) * period_s
+        if known_s < _LEAST_S:
+            raise FlightDataError(f"{quantity} is known for {known_s:.1f} s of the part that is used; "
+                                  f"a replay needs {_LEAST_S:g} s")
+    if np.ptp(table.values["azimuth"][table.selected & np.isfinite(table.values["azimuth"])]) < _LEAST_AZIMUTH:
+        raise FlightDataError("the azimuth hardly changes in the part that is used: no eight to be seen")
 
 
 def fit_eight(azimuth: Array, elevation: Array) -> TargetEight:

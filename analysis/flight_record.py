@@ -5,13 +5,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analysis.column_description import QUANTITIES, ColumnDescription, FlightDataError
+from analysis.column_description import QUANTITIES, ColumnDescription, FlightDataError, no_phase
+from analysis.flight_checks import check_span
 from analysis.flight_table import FlightTable
 from analysis.target_eight import Array
 
 _ANGLES = ("azimuth", "course", "heading")  # these wrap
 _COMMANDS = ("steering", "set_steering")
-_LARGEST_GRID = 100  # rows of a record for each row recorded
 _LEAST_UPDATES = 20  # fewer changes than this do not show how often a sensor is read
 
 
@@ -75,8 +75,7 @@ def record_from_table(table: FlightTable, description: ColumnDescription, where:
         FlightDataError: no row lies in the described phase.
     """
     if not table.selected.any():
-        values = ", ".join(str(value) for value in description.phase_values)
-        raise FlightDataError(f"{where}: no row has {description.phase_column} {values}")
+        raise FlightDataError(f"{where}: {no_phase(description)}")
     series: dict[str, Series] = {}
     slack_s = 0.0
     for quantity, values in table.values.items():
@@ -101,11 +100,9 @@ def make_record(series: dict[str, Series], rows_s: Array, title: str, attributio
     Raises:
         FlightDataError: the times have gaps so long that a grid over them would be next to empty.
     """
-    usual_s, span_s = float(np.median(np.diff(rows_s))), float(rows_s[-1] - rows_s[0])
-    steps = round(span_s / usual_s)
-    if steps > _LARGEST_GRID * len(rows_s):
-        raise FlightDataError(f"{title}: {len(rows_s)} rows every {usual_s:g} s or so cannot lie over {span_s:g} s: "
-                              "the times have a jump, or the wrong unit")
+    check_span(rows_s, title)
+    span_s = float(rows_s[-1] - rows_s[0])
+    steps = round(span_s / float(np.median(np.diff(rows_s))))
     period_s = span_s / steps
     time_s = rows_s[0] + period_s * np.arange(steps + 1)
     columns = {}

@@ -2,7 +2,13 @@
 
 from pathlib import Path
 
-from analysis.column_description import PUBLIC_FLIGHT, SIMULATED_RUN, FlightDataError, load_description
+from analysis.column_description import (
+    PUBLIC_FLIGHT,
+    SIMULATED_RUN,
+    ColumnDescription,
+    FlightDataError,
+    load_description,
+)
 from analysis.flight_record import FlightRecord, record_from_table
 from analysis.flight_table import read_table
 from analysis.tlog_record import read_tlog_record
@@ -27,5 +33,10 @@ def read_record(source: Path, columns: Path | None = None) -> FlightRecord:
             raise FlightDataError(f"{source}: a tlog has no columns to describe")
         return read_tlog_record(source)
     is_truth = source.name == _TRUTH  # of a run that may have been killed in the middle of a line
-    description = load_description(columns or (SIMULATED_RUN if is_truth else PUBLIC_FLIGHT))
+    description = description_of(source, columns)
     return record_from_table(read_table(source, description, whole_lines=is_truth), description, str(source))
+
+
+def description_of(source: Path, columns: Path | None) -> ColumnDescription:
+    """What the columns of the CSV file `source` mean: as `columns` says, or as its kind has them."""
+    return load_description(columns or (SIMULATED_RUN if source.name == _TRUTH else PUBLIC_FLIGHT))

@@ -12,6 +12,7 @@ import numpy as np
 
 from analysis.block_statistics import blocked_std
 from analysis.column_description import FlightDataError
+from analysis.flight_checks import check_period
 from analysis.flight_record import FlightRecord
 from analysis.target_eight import Array
 from analysis.turning_rates import LawRows, choose, law_rows, regressors
@@ -68,6 +69,8 @@ def identify_together(records: list[FlightRecord], angle: str | None = None, tra
     parts = [law_rows(record, *choose(record, angle, transport), smooth_both, _LAGS_S[steering])
              for record in records]
     seconds = float(np.sum([len(part.rows) * part.period_s for part in parts]))
+    for record in records:
+        check_period(record.period_s)
     _check_excitation(parts, seconds, angle)
     turned = np.concatenate([part.rate - part.transport for part in parts])
 

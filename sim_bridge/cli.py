@@ -59,6 +59,8 @@ def _parser() -> argparse.ArgumentParser:
         description="Play a recorded flight as sensor samples over the wire into the firmware, and hold the turning "
         "angle that it finds from positions alone against the recorded course.")
     replay.add_argument("file", metavar="FILE", help="a flight, CSV or CSV.gz")
+    replay.add_argument("--columns", metavar="FILE.toml", help="what the columns of FILE mean "
+                        "(docs/flight-files.md; default: those of the public V3 flight)")
     replay.add_argument("--runtime", choices=RUNTIMES, default="cpython", help="default: cpython")
     add_plot_option(replay, "plot the firmware's turning angle with the recorded one", "NAME-replay.png here")
     replay.set_defaults(do=commands.replay)

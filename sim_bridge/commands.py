@@ -138,7 +138,7 @@ def replay(options: Namespace) -> int:
     """`kite-sitl replay`."""
     path = Path(options.file)
     plot = plot_path(options, Path(f"{path.name.split('.')[0]}-replay.png"))
-    result = play(path, options.runtime, notice)
+    result = play(path, options.runtime, notice, Path(options.columns) if options.columns else None)
     numbers: dict[str, Any] = dict(result.numbers)
     if plot:
         save_plot(plot_replay(result, path.name), plot)

@@ -32,7 +32,20 @@ _EPILOG = """\
 examples:
   kite-sitl identify tests/data/flight/20191008_0010.csv.gz --plot
   kite-sitl run v3-flight --log flight && kite-sitl identify flight --json
-  kite-sitl identify ours.csv --columns ours.toml --angle course --from 30 --to 120"""
+  kite-sitl identify ours.csv --columns ours.toml --angle course --from 30 --to 120
+
+ours.toml, for --columns (docs/flight-files.md has every key):
+  title = "our kite"
+  [columns]
+  time = { column = "t", unit = "s", fraction = "t_us", fraction_unit = "us" }   # fraction only where it is apart
+  elevation = { column = "el", unit = "deg" }
+  azimuth = { column = "az", unit = "deg", sign = -1 }                           # ours is anticlockwise from above
+  heading = { column = "psi", unit = "deg", sign = -1 }                          # or course, or both
+  airspeed = { column = "va", unit = "m/s" }
+  steering = { column = "u", unit = "%" }                                        # or set_steering, or both
+  [phase]                                                                        # optional: the rows to use
+  column = "phase"
+  values = ["reel-out"]"""
 
 
 def add_identify_verb(verbs: Any) -> None:
@@ -41,8 +54,7 @@ def add_identify_verb(verbs: Any) -> None:
         "identify", help="find K, gravity and the steering actuator of a flight", description=_DESCRIPTION,
         epilog=_EPILOG, formatter_class=RawDescriptionHelpFormatter)
     verb.add_argument("source", metavar="SOURCE", help="a run log's folder, a .tlog, a .csv or a .csv.gz")
-    verb.add_argument("--columns", metavar="FILE.toml", help="what the columns of a CSV file mean (see "
-                      "analysis/column_description.py, and analysis/flight_columns for the one of the public flight)")
+    verb.add_argument("--columns", metavar="FILE.toml", help="what the columns of a CSV file mean: see below")
     verb.add_argument("--from", dest="from_s", type=not_negative, default=0.0, metavar="S",
                       help="use the flight from here on, in seconds since its first row")
     verb.add_argument("--to", dest="to_s", type=not_negative, default=math.inf, metavar="S", help="use it up to here")

@@ -5,24 +5,28 @@ steers for an eight fitted to the flight, although nobody listens.
 """
 
 from collections.abc import Callable
-from math import ceil
+from math import ceil, isfinite, nan
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from analysis.flight_data import ATTRIBUTION, FlightData, fit_eight, read_flight
+from analysis.flight_data import FlightData, fit_eight, read_flight
 from analysis.plots import draw_turning_angle, new_figure
 from analysis.target_eight import Array, TargetEight, wrap
 from protocol import dialect
 from sim_bridge.preflight import Preflight
 from sim_bridge.run import make_runtime
-from sim_bridge.runtimes.interface import FirmwareError, clock_us
+from sim_bridge.runtimes.interface import clock_us
 from sim_bridge.scenario import Scenario, load_scenario
 from sim_bridge.sensors import Sample
 
-_VALID = (dialect.KITE_VALID_AZIMUTH | dialect.KITE_VALID_ELEVATION | dialect.KITE_VALID_DISTANCE
-          | dialect.KITE_VALID_AIRSPEED | dialect.KITE_VALID_TETHER_FORCE | dialect.KITE_VALID_STEERING)
+# In wire order: what of a row goes into a sample, and its bit; course and heading are left to the firmware.
+_SENT = (
+    ("azimuth", dialect.KITE_VALID_AZIMUTH), ("elevation", dialect.KITE_VALID_ELEVATION),
+    ("distance", dialect.KITE_VALID_DISTANCE), ("", 0), ("", 0), ("airspeed", dialect.KITE_VALID_AIRSPEED),
+    ("tether_force", dialect.KITE_VALID_TETHER_FORCE), ("steering", dialect.KITE_VALID_STEERING),
+)
 _FROM_POSITIONS = 2.0
 
 
@@ -42,7 +46,8 @@ def replay_scenario(data: FlightData) -> Scenario:
 
     It predicts nothing: what is asked for here is never felt.
     """
-    eight = fit_eight(data.azimuth[data.reel_out], data.elevation[data.reel_out])
+    used = data.reel_out & np.isfinite(data.azimuth) & np.isfinite(data.elevation)
+    eight = fit_eight(data.azimuth[used], data.elevation[used])
     scenario = load_scenario("v3-flight-paper")
     where = "the eight fitted to this flight"
     for name, value in (
@@ -54,16 +59,14 @@ def replay_scenario(data: FlightData) -> Scenario:
     return scenario
 
 
-def play(path: Path, runtime_name: str, notice: Callable[[str], None]) -> Replay:
-    """Play the flight in `path`.
+def play(path: Path, runtime_name: str, notice: Callable[[str], None], columns: Path | None = None) -> Replay:
+    """Play the flight in `path`, whose columns mean what `columns` says (default: those of the public flight).
 
     Raises:
         FlightDataError: the file is not a flight.
         ScenarioError, FirmwareError: it cannot be flown.
     """
-    data = read_flight(path)
-    if not data.reel_out.any():
-        raise FirmwareError(f"{path}: no reel-out (flight_phase_index 1) in this flight")
+    data = read_flight(path, columns)
     scenario = replay_scenario(data)
     runtime = make_runtime(runtime_name, False, False, notice)
     period_s = 1.0 / scenario.parameter("LOOP_HZ")
@@ -94,14 +97,16 @@ def play(path: Path, runtime_name: str, notice: Callable[[str], None]) -> Replay
 
 
 def _sample(data: FlightData, row: int) -> Sample:
-    return (
-        clock_us(float(data.time_s[row])), float(data.azimuth[row]), float(data.elevation[row]),
-        float(data.distance[row]), 0.0, 0.0, float(data.airspeed[row]), float(data.tether_force[row]),
-        float(data.steering[row]), _VALID)
+    values = [float(getattr(data, quantity)[row]) if quantity else nan for quantity, _ in _SENT]
+    valid = sum(bit for value, (_, bit) in zip(values, _SENT, strict=True) if isfinite(value))
+    azimuth, elevation, distance, course, heading, airspeed, force, steering = (
+        value if isfinite(value) else 0.0 for value in values)
+    return (clock_us(float(data.time_s[row])), azimuth, elevation, distance, course, heading, airspeed, force,
+            steering, valid)
 
 
 def _compare(data: FlightData, course: Array) -> dict[str, Any]:
-    used = data.reel_out & np.isfinite(course)
+    used = data.reel_out & np.isfinite(course) & np.isfinite(data.course)
     error = np.degrees(wrap(course - data.course)[used])
     return {
         "turning_angle_rms_deg": float(np.sqrt(np.mean(error**2))),
@@ -126,5 +131,5 @@ def plot_replay(replay: Replay, title: str) -> Any:
     bottom.margins(y=0.2)
     top.set_xlabel("")
     figure.suptitle(title)
-    figure.supxlabel(ATTRIBUTION, x=0.995, ha="right", fontsize=6, color="#666666")
+    figure.supxlabel(replay.data.attribution, x=0.995, ha="right", fontsize=6, color="#666666")
     return figure

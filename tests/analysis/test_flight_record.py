@@ -2,14 +2,17 @@
 
 import csv
 import gzip
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from analysis.column_description import FlightDataError, load_description
+from analysis.actuator_fit import identify_actuator
+from analysis.column_description import PUBLIC_FLIGHT, QUANTITIES, FlightDataError, load_description
 from analysis.record_source import read_record
 from analysis.turning_rate_fit import identify_law
+from sim_bridge.identify import _EPILOG
 
 FLIGHT = Path(__file__).parent.parent / "data" / "flight" / "20191008_0030.csv.gz"
 OURS = """
@@ -133,9 +136,84 @@ def test_a_wrong_description_is_answered_in_a_line(old, new, message, tmp_path):
 @pytest.mark.parametrize(("change", "message"), [
     ({"kite_heading": lambda index, value: "up" if index == 3 else value}, "line 5, column kite_heading: 'up'"),
     ({"flight_phase_index": lambda index, value: "4"}, "no row has flight_phase_index 1"),
-    ({"time": lambda index, value: "3.0" if index == 9 else value}, r"time does not grow from row to row \(line 11\)"),
+    ({"time": lambda index, value: "3.0" if index == 9 else value}, "time goes back in line 11"),
+    ({"time": lambda index, value: "" if index == 9 else value}, "line 11: no time"),
+    ({"kite_elevation": lambda index, value: str(57.3 * float(value))}, "elevation of 36.* rad in half of the rows"),
+    ({"kite_actual_steering": lambda index, value: str(100.0 * float(value))}, "steering of .* of the range in half"),
     ({"time": lambda index, value: str(1e9 * (index > 700) + 0.1 * index)}, "the times have a jump"),
 ])
 def test_a_wrong_file_is_answered_in_a_line(rows, change, message, tmp_path):
     with pytest.raises(FlightDataError, match=message):
         read_record(write(tmp_path / "wrong.csv", changed(rows, **change)))
+
+
+SECONDS = 'time = { column = "s", unit = "s", fraction = "us", fraction_unit = "us" }'
+
+
+def in_two_columns(rows, second="us", per_second=1_000_000) -> list[dict[str, str]]:
+    """Whole seconds in one column, the rest of the time in another, in the public flight's names otherwise."""
+    whole = [int(float(row["time"])) for row in rows]
+    return [row | {"time": str(all_s), second: str(round(per_second * (float(row["time"]) - all_s)))}
+            for row, all_s in zip(rows, whole, strict=True)]
+
+
+def test_a_time_in_two_columns_gives_the_same_fit(rows, tmp_path):
+    columns = tmp_path / "two.toml"
+    columns.write_text(PUBLIC_FLIGHT.read_text("utf-8").replace(
+        'time = { column = "time", unit = "s" }', SECONDS.replace('"s", unit', '"time", unit')))
+    record = read_record(write(tmp_path / "two.csv", in_two_columns(rows)), columns)
+    whole = read_record(FLIGHT)
+    assert record.time_s == pytest.approx(whole.time_s, abs=1e-6)
+    assert identify_law(record)[3:] == pytest.approx(identify_law(whole)[3:], rel=1e-6)
+    assert identify_actuator(record).dead_time_s == pytest.approx(identify_actuator(whole).dead_time_s, abs=1e-4)
+
+
+def test_a_time_without_its_fraction_is_refused_and_the_column_named(rows, tmp_path):
+    """And so is what is left when repeated rows are dropped: its dead time would be 0.8 s where it is 0.48 s."""
+    two = in_two_columns(rows, "millis", 1000)
+    with pytest.raises(FlightDataError, match=r"still in line 3 and in 90% .*column millis looks like it") as caught:
+        read_record(write(tmp_path / "whole.csv", two))
+    assert 'fraction = "millis"' in str(caught.value) and "\n" not in str(caught.value)
+    dropped = [row for before, row in pairwise(two) if row["time"] != before["time"]]
+    with pytest.raises(FlightDataError, match=r"a row every 1 s is too few.*Were rows of equal time dropped"):
+        identify_law(read_record(write(tmp_path / "dropped.csv", dropped)))
+    with pytest.raises(FlightDataError, match="these rows repeat the ones before in full; drop them"):
+        read_record(write(tmp_path / "twice.csv", [row for row in rows for _ in range(2)]))
+    with pytest.raises(FlightDataError, match="line 12 has the time of the line before"):
+        read_record(write(tmp_path / "slip.csv", [*rows[:10], rows[9] | {"kite_azimuth": "0"}, *rows[10:]]))
+
+
+@pytest.mark.parametrize(("entry", "message"), [
+    (SECONDS.replace('fraction_unit = "us"', 'fraction_unit = "deg"'), "fraction_unit, one of s, ms, us, ns"),
+    (SECONDS.replace('fraction = "us", ', ""), "fraction is for time, and needs"),
+    (SECONDS, "column s is missing .and 1 more.: .*two.toml names it; the file has time, date, "),
+])
+def test_a_wrong_fraction_is_answered_in_a_line(entry, message, tmp_path):
+    columns = tmp_path / "two.toml"
+    columns.write_text(PUBLIC_FLIGHT.read_text("utf-8").replace('time = { column = "time", unit = "s" }', entry))
+    with pytest.raises(FlightDataError, match=message):
+        read_record(FLIGHT, columns)
+
+
+@pytest.mark.parametrize(("content", "message"), [
+    (b"", "empty"), (b"\xff\xfe\x00", "not a CSV file"), (b"\0" * 99, "column time is missing"),
+    (b"t;el;az\n1;2;3\n", "';' separates the columns"), (b'time\n"' + b"x" * 200_000, "not a CSV file"),
+    (FLIGHT.read_bytes()[:20_000], "Compressed file ended"), (bytes(range(256)), "Not a gzipped file"),
+])
+def test_what_is_no_table_is_answered_in_a_line(content, message, tmp_path):
+    path = tmp_path / ("flight.csv.gz" if "ompress" in message or "gzip" in message else "flight.csv")
+    path.write_bytes(content)
+    with pytest.raises(FlightDataError, match=message) as caught:
+        read_record(path)
+    assert str(path) in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_the_documented_description_is_one(tmp_path):
+    """docs/flight-files.md, and `identify --help`, as they are printed."""
+    page = (Path(__file__).parents[2] / "docs" / "flight-files.md").read_text("utf-8")
+    for number, text in enumerate((page.split("```toml\n")[1].split("```")[0], _EPILOG.split("every key):\n")[1])):
+        path = tmp_path / f"{number}.toml"
+        path.write_text(text)
+        description = load_description(path)
+        assert description.phase_values == ("reel-out",) and {"time", "heading", "steering"} <= set(description.columns)
+    assert set(QUANTITIES) <= set(page.replace("`", " ").replace(",", " ").split())

@@ -109,7 +109,7 @@ def test_roots_are_right_however_near_to_one_another(tau_s, angle, decades, towa
     assert count_roots(loop, gains, roots[0].real + 2e-4 / tau_s) == 0
 
 
-GAINS = st.one_of(st.sampled_from([0.0, 1e-300, 1.0, 50.0, 1e100]), st.floats(0.0, 50.0),
+GAINS = st.one_of(st.sampled_from([0.0, 1e-300, 1.0, 50.0, 1e30]), st.floats(0.0, 50.0),
                   st.floats(-12.0, 15.0).map(lambda power: 10.0**power))
 
 

@@ -1,5 +1,8 @@
 """Real flights played into the firmware (data: see tests/data/flight/README.md)."""
 
+import csv
+import gzip
+import json
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +10,7 @@ import pytest
 
 from analysis.flight_data import fit_eight, read_flight
 from analysis.target_eight import TargetEight, turning_angle, unit_position, wrap
+from sim_bridge.cli import main
 from sim_bridge.replay import play
 
 FLIGHTS = sorted((Path(__file__).parent.parent / "data" / "flight").glob("*.csv.gz"))
@@ -34,6 +38,41 @@ def test_the_recorded_course_is_the_direction_of_the_recorded_positions(path):
     course = turning_angle(position[2:-2], position[4:] - position[:-4])
     error = wrap(course - data.course[2:-2])[data.reel_out[2:-2]]
     assert np.degrees(np.sqrt(np.mean(error**2))) < 5.0
+
+
+def test_another_teams_flight_is_replayed(tmp_path, capsys):
+    """Its own names and units, and neither distance nor force: the same turning angle as by the public names."""
+    rows = []
+    with gzip.open(FLIGHTS[0], "rt", newline="", encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            rows.append({"t": 1000.0 * float(row["time"]), "el": np.degrees(float(row["kite_elevation"])),
+                         "az": row["kite_azimuth"], "chi": row["kite_course"], "u": row["kite_actual_steering"],
+                         "va": row["airspeed_apparent_windspeed"],
+                         "what": "eights" if row["flight_phase_index"] == "1" else "reel-in"})
+    with (tmp_path / "theirs.csv").open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, rows[0].keys())
+        writer.writeheader()
+        writer.writerows(rows)
+    (tmp_path / "theirs.toml").write_text("""
+        [columns]
+        time = { column = "t", unit = "ms" }
+        elevation = { column = "el", unit = "deg" }
+        azimuth = { column = "az", unit = "rad", sign = -1 }
+        course = { column = "chi", unit = "rad", sign = -1 }
+        airspeed = { column = "va", unit = "m/s" }
+        steering = { column = "u", unit = "%" }
+        [phase]
+        column = "what"
+        values = ["eights"]""")
+    theirs = [str(tmp_path / "theirs.csv"), "--columns", str(tmp_path / "theirs.toml")]
+    plot = str(tmp_path / "plot.png")
+    assert main(["replay", *theirs, "--runtime", "inproc", "--json", "--plot", plot]) == 0
+    numbers = json.loads(capsys.readouterr().out)
+    ours = play(FLIGHTS[0], "inproc", print).numbers
+    assert numbers["turning_angle_rms_deg"] == pytest.approx(ours["turning_angle_rms_deg"], abs=0.5)
+    assert numbers["reel_out_s"] == pytest.approx(ours["reel_out_s"], abs=1.0)
+    assert main(["replay", theirs[0]]) == 2
+    assert "column time is missing (and 10 more)" in (said := capsys.readouterr().err) and "--columns FILE" in said
 
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
