@@ -1,5 +1,6 @@
 """Commands: each copy that comes is acknowledged to whoever sent it, and a copy changes nothing that the first did."""
 
+from .acknowledgements import Acknowledgements
 from .generated_messages import (
     COMMAND_ACK,
     KITE_MODE_TRACK,
@@ -15,6 +16,7 @@ from .generated_messages import (
     MAV_RESULT_UNSUPPORTED,
     MAV_SEVERITY_WARNING,
 )
+from .inbox import ORDERED
 from .message_requests import MessageRequests
 from .storage_commands import StorageCommands
 
@@ -28,6 +30,7 @@ class CommandRequests:
         self._say = telemetry.say
         self._storage = StorageCommands(parameters, modes, keeper, telemetry.say, announce)
         self._messages = MessageRequests(link, telemetry)
+        self._acknowledgements = Acknowledgements(link)
 
     def needs_curve(self, values):
         """True for a command that may have the curve flown: arming, and TRACK from another mode."""
@@ -65,8 +68,16 @@ class CommandRequests:
         return result
 
     def acknowledge(self, command, result, system, component):
-        """Send COMMAND_ACK."""
-        self._link.send(COMMAND_ACK, (command, result, 0, 0, system, component))
+        """Send COMMAND_ACK, when there is room for it; to what only asks, as a part of the answer."""
+        if command in ORDERED:
+            self._acknowledgements.put(command, result, system, component)
+        else:
+            self._link.answer(COMMAND_ACK, (command, result, 0, 0, system, component))
+
+    def send_some(self):
+        """Go on with what waits for room on the link."""
+        self._acknowledgements.send_some()
+        self._messages.send_some()
 
     def _arm_or_disarm(self, wanted, problem):
         if wanted == 1.0:

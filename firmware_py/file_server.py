@@ -28,6 +28,8 @@ from .generated_metadata import FILES
 _HEADER = "<HBBBBBBI"  # sequence, session, opcode, size, opcode asked, burst complete, padding, offset
 _DATA = 12  # where the data begin
 _MOST = 239  # bytes of data in a message
+_AROUND = 27  # bytes of a frame that are no data
+_LEAST = 32  # bytes of data, on the slowest line
 _BURSTS = 4  # stations served at a time
 _STATIONS = 8  # whose sessions are kept
 
@@ -47,11 +49,13 @@ class FileServer:
 
     def serve(self, files, for_us):
         """Answer the oldest of `files` (values, system, component) if it is `for_us(system, component)`."""
+        if not (files or self._bursts) or not self._link.budget.has_answer_room():
+            return
         if files:
             values, system, component = files.pop(0)
             if for_us(values[1], values[2]):
                 self._answer(values[3], system, component)
-        elif self._bursts and self._link.budget.has_room():
+        else:
             burst = self._bursts.pop(0)
             if self._go_on(burst):
                 self._bursts.append(burst)  # behind the others
@@ -80,6 +84,7 @@ class FileServer:
                 self._send_piece(to, index, offset, piece, 0)
             else:
                 self._end_burst(system, component)
+                piece = min(piece, max(self._link.budget.longest() - _AROUND, _LEAST))
                 burst = [system, component, sequence, index, offset, piece]
                 if self._go_on(burst):
                     self._bursts = self._bursts[1 - _BURSTS :]  # the eldest gives way: its station asks again
@@ -159,7 +164,7 @@ class FileServer:
         system, component, sequence, session, asked = to
         struct.pack_into(_HEADER, self._payload, 0, sequence, session, opcode, size, asked, complete, 0, offset)
         self._view[_DATA + size :] = self._zeros[size:]
-        self._link.send(FILE_TRANSFER_PROTOCOL, (0, system, component, self._payload))
+        self._link.answer(FILE_TRANSFER_PROTOCOL, (0, system, component, self._payload))
 
 
 def _open_beside(name):

@@ -12,7 +12,15 @@ from .generated_messages import (
     MANUAL_CONTROL,
     MAV_CMD_COMPONENT_ARM_DISARM,
     MAV_CMD_DO_SET_MODE,
+    MAV_CMD_PREFLIGHT_STORAGE,
+    MAV_CMD_SET_MESSAGE_INTERVAL,
+    MISSION_REQUEST_LIST,
+    PARAM_REQUEST_LIST,
+    PARAM_REQUEST_READ,
     PARAM_SET,
+    PING,
+    RADIO_STATUS,
+    TIMESYNC,
 )
 from .ticks import ticks_diff
 
@@ -21,8 +29,13 @@ _ORDERS = 32
 _URGENT = 4  # of each kind
 _FILES = 4  # each holds a quarter of a kilobyte
 _RESERVED = 4  # last places of a queue, for senders that have nothing in it
-_ORDER_MESSAGES = (COMMAND_LONG, COMMAND_INT, PARAM_SET, MANUAL_CONTROL, HEARTBEAT)
+_ORDER_MESSAGES = (COMMAND_LONG, COMMAND_INT, PARAM_SET, MANUAL_CONTROL, HEARTBEAT, RADIO_STATUS)
+_QUESTION_MESSAGES = (PARAM_REQUEST_LIST, PARAM_REQUEST_READ, MISSION_REQUEST_LIST, TIMESYNC, PING)
 _COMMANDS = (COMMAND_LONG, COMMAND_INT)
+# Commands that change something; the others only ask, and wait until the link has room for an answer.
+ORDERED = (
+    MAV_CMD_COMPONENT_ARM_DISARM, MAV_CMD_DO_SET_MODE, MAV_CMD_PREFLIGHT_STORAGE, MAV_CMD_SET_MESSAGE_INTERVAL,
+)
 
 
 class Queue:
@@ -32,6 +45,7 @@ class Queue:
         self.requests = []
         self._room = room
         self._waiting = {}  # how many, by sender
+        self._last = -1  # sender of the one that was taken fairly last
 
     def put(self, request):
         """Add a request; False if there is no room for it."""
@@ -44,9 +58,20 @@ class Queue:
         self.requests.append(request)
         return True
 
-    def take(self):
-        """The oldest request."""
-        request = self.requests.pop(0)
+    def take_fairly(self):
+        """The oldest request of another sender than the last one's, if there is any."""
+        for index in range(len(self.requests)):
+            if sender_of(self.requests[index]) != self._last:
+                break
+        else:
+            index = 0
+        request = self.take(index)
+        self._last = sender_of(request)
+        return request
+
+    def take(self, index=0):
+        """The oldest request, or the one at `index`."""
+        request = self.requests.pop(index)
         sender = sender_of(request)
         left = self._waiting[sender] - 1
         if left:
@@ -103,8 +128,10 @@ class Inbox:
             self.files.append((values, system, component))
             return True
         request = (message, values, system, component, sequence)
-        if message not in _ORDER_MESSAGES:
+        if message in _QUESTION_MESSAGES or (message in _COMMANDS and values[7] not in ORDERED):
             return self.questions.put(request)
+        if message not in _ORDER_MESSAGES:
+            return True  # nobody here has a use for it
         if message in _COMMANDS and is_safe(values):
             return self._put_urgent(request)
         return self.orders.put(request)

@@ -1,4 +1,4 @@
-"""How much telemetry the link carries: bytes a second, by the line's own speed and by what a radio tells of itself."""
+"""How much the link carries: bytes a second, by the line's own speed and by what a radio tells of itself."""
 
 _SECOND = 1000000
 _REPORT_US = 500000  # a radio's reports are heeded this often at most: it takes a while until one shows an effect
@@ -9,20 +9,34 @@ _MOST = 200000  # beyond it there is no limit to speak of
 _LOW = 20  # [% of a radio's buffer left]: far too much is sent
 _SCARCE = 50
 _PLENTY = 90
+# Of a link whose rate nobody told, what answers may take in the long run, and at once [bytes/s, bytes]. A telemetry
+# radio of 57600 baud carries 5760 bytes/s, of which telemetry as usual takes 4400: a list of parameters (1.6 KB) still
+# goes out at once, and the parameters' documentation (10 KB) in 8 s.
+_ANSWERS = 1000
+_ANSWERS_AT_ONCE = 4000
+# Of any link, what acknowledgements of commands and texts may take: 13 a second, 27 at once.
+_NOTES = 300
+_NOTES_AT_ONCE = 600
 
 
 class LinkBudget:
     """Counts the bytes sent against those that the link carries; integers only.
 
-    `most` [bytes/s] is what the line carries, 0 where that is no limit. Whoever can wait asks `has_room` first;
-    heartbeats, answers and steering are sent anyway and counted.
+    `most` [bytes/s] is what the line carries, 0 where that is not known. Steering and heartbeats are sent anyway and
+    counted; before acknowledgements and texts `has_note_room` is asked, before answers `has_answer_room`, before
+    telemetry `has_room`. Answers take half of what a line carries, at most.
+
+    No more is let in than the line carries from one tick to the next, or steering would wait behind what is left.
     """
 
     def __init__(self, most):
         self._most = most
         self.rate = most  # bytes a second at present, 0 for no limit
         self._left = 0
+        self._answers_left = _ANSWERS_AT_ONCE
+        self._notes_left = _NOTES_AT_ONCE
         self._spare_us = 0  # without room
+        self._answers_spare_us = 0
         self._sent = 0
         self._measured = 0  # bytes of the last whole second
         self._second_us = 0
@@ -38,12 +52,20 @@ class LinkBudget:
             self._heard_us += elapsed_us
             if self._heard_us >= _FORGET_US:
                 self.rate = self._most
+        elapsed_us = min(elapsed_us, _SECOND)
+        self._notes_left = min(self._notes_left + _bytes_in(_NOTES, elapsed_us), _NOTES_AT_ONCE)
         rate = self.rate
-        if rate:
-            earned = (rate >> 4) * (min(elapsed_us, _SECOND) >> 4) // 3906
-            self._left = min(self._left + earned, rate >> 2)
-            if self._spare_us < _SPARE_US:
-                self._spare_us += elapsed_us
+        if not rate:
+            self._answers_left = min(self._answers_left + _bytes_in(_ANSWERS, elapsed_us), _ANSWERS_AT_ONCE)
+            return
+        earned = _bytes_in(rate, elapsed_us)
+        most = min(max(earned, rate >> 6), rate >> 2)
+        self._left = min(self._left + earned, most)
+        self._answers_left = min(self._answers_left + (earned >> 1), most)
+        if self._spare_us < _SPARE_US:
+            self._spare_us += elapsed_us
+        if self._answers_spare_us < _SPARE_US:
+            self._answers_spare_us += elapsed_us
 
     def spend(self, size):
         """Account for `size` bytes that are sent."""
@@ -51,13 +73,45 @@ class LinkBudget:
         if self.rate:
             self._left = max(self._left - size, -self.rate)
 
+    def spend_on_answer(self, size):
+        """`size` bytes of those that are sent are an answer."""
+        self._answers_left = max(self._answers_left - size, -_ANSWERS_AT_ONCE)
+
+    def spend_on_note(self, size):
+        """`size` bytes of those that are sent are an acknowledgement or a text."""
+        self._notes_left = max(self._notes_left - size, -_NOTES_AT_ONCE)
+
     def has_room(self):
-        """True if what can wait need not; the asker sends then."""
+        """True if telemetry may be sent; the asker sends then."""
         if not self.rate or self._left > 0:
             return True
         if self._spare_us < _SPARE_US:
             return False
         self._spare_us = 0
+        return True
+
+    def has_answer_room(self):
+        """True if an answer may be sent; the asker sends then."""
+        rate = self.rate
+        if self._answers_left > 0 and (not rate or self._left > rate >> 7):  # 8 ms: some answers are two frames
+            return True
+        return self._has_spare()
+
+    def has_note_room(self):
+        """True if an acknowledgement or a text may be sent; the asker sends then."""
+        if self._notes_left <= 0:
+            return False
+        return not self.rate or self._left > self.rate >> 7 or self._has_spare()
+
+    def longest(self):
+        """Bytes that a frame which may be cut should have at most, so that steering waits no longer than 16 ms."""
+        return self.rate >> 6 if self.rate else _MOST
+
+    def _has_spare(self):
+        """True once in a while on a line that has no room, for answers and acknowledgements."""
+        if not self.rate or self._answers_spare_us < _SPARE_US:
+            return False
+        self._answers_spare_us = 0
         return True
 
     def hear_radio(self, free):
@@ -78,3 +132,8 @@ class LinkBudget:
         self.rate = min(max(rate, _LEAST), limit) if rate else 0
         if not self._most and self.rate >= _MOST:
             self.rate = 0
+
+
+def _bytes_in(rate, elapsed_us):
+    """What a link of `rate` [bytes/s] carries in `elapsed_us`, at most a second, in integers of 30 bits."""
+    return (rate >> 2) * (elapsed_us >> 6) // 3906 if rate < 131072 else (rate >> 6) * (elapsed_us >> 4) // 977

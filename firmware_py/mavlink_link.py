@@ -94,6 +94,10 @@ class MavlinkLink:
             self.flush()
         return size
 
+    def answer(self, message, values):
+        """Send what somebody asked for; whoever calls has asked `budget.has_answer_room` first."""
+        self.budget.spend_on_answer(self.send(message, values))
+
     def flush(self):
         """Hand what is queued to the transport."""
         if self._filled:

@@ -20,6 +20,7 @@ from .generated_messages import (
     MAV_RESULT_TEMPORARILY_REJECTED,
     MAV_RESULT_UNSUPPORTED,
     MESSAGE_INTERVAL,
+    MESSAGES,
 )
 from .generated_metadata import FILES, GENERAL, GENERAL_URI
 from .mode_machine import NAMES
@@ -37,6 +38,7 @@ _PROPERTIES = {
 }
 _OWN = (AUTOPILOT_VERSION, AVAILABLE_MODES, AVAILABLE_MODES_MONITOR, COMPONENT_METADATA)
 _ABOUT_MODES = (AVAILABLE_MODES, AVAILABLE_MODES_MONITOR, CURRENT_MODE)
+_AROUND = 12  # bytes of a frame that are no payload
 _LAST_ID = 16777215.0
 _SHORTEST_US = 5000.0
 _LONGEST_US = 500000000.0  # must be less than half the wrap of the clock
@@ -50,6 +52,7 @@ class MessageRequests:
     def __init__(self, link, telemetry):
         self._link = link
         self._telemetry = telemetry
+        self._modes = []  # those that are still to be told
 
     def result(self, number, second, now):
         """The MAV_RESULT of a request for message `number` (a float, as it came) with parameter `second`."""
@@ -76,14 +79,20 @@ class MessageRequests:
             self._send_version()
         elif message == AVAILABLE_MODES:
             for mode in range(len(NAMES)):
-                if second in (0.0, mode + 1.0):
-                    self._send_mode(mode)
+                if second in (0.0, mode + 1.0) and mode not in self._modes:
+                    self._modes.append(mode)
         elif message == AVAILABLE_MODES_MONITOR:
-            self._link.send(AVAILABLE_MODES_MONITOR, (0,))
+            self._link.answer(AVAILABLE_MODES_MONITOR, (0,))
         elif message == COMPONENT_METADATA:
-            self._link.send(COMPONENT_METADATA, (uptime_us // 1000, FILES[GENERAL][2], GENERAL_URI))
+            self._link.answer(COMPONENT_METADATA, (uptime_us // 1000, FILES[GENERAL][2], GENERAL_URI))
         else:
+            self._link.budget.spend_on_answer(MESSAGES[message][2] + _AROUND)  # at most
             self._telemetry.send(message, now, uptime_us)
+
+    def send_some(self):
+        """Tell of the modes that were asked for, while the link has room for answers."""
+        while self._modes and self._link.budget.has_answer_room():
+            self._send_mode(self._modes.pop(0))
 
     def set_interval(self, number, interval_us):
         """Send message `number` each `interval_us`; 0 is as usual, -1 not at all. Return the MAV_RESULT."""
@@ -100,18 +109,18 @@ class MessageRequests:
         interval = _NOT_SENT
         if self._telemetry.sends(message):
             interval = self._telemetry.interval(message) or _OFF
-        self._link.send(MESSAGE_INTERVAL, (interval, (message or 0) & 0xFFFF))
+        self._link.answer(MESSAGE_INTERVAL, (interval, (message or 0) & 0xFFFF))
 
     def _send_mode(self, mode):
         name = NAMES[mode].encode()
-        self._link.send(AVAILABLE_MODES, (mode, _PROPERTIES.get(mode, 0), len(NAMES), mode + 1, 0, name))
+        self._link.answer(AVAILABLE_MODES, (mode, _PROPERTIES.get(mode, 0), len(NAMES), mode + 1, 0, name))
 
     def _send_version(self):
         major, minor, patch = FIRMWARE_VERSION
         contract = tuple(int(CONTRACT_HASH[2 * index : 2 * index + 2], 16) for index in range(8))
         version = major << 24 | minor << 16 | patch << 8
         none = (0,) * 8
-        self._link.send(
+        self._link.answer(
             AUTOPILOT_VERSION, (_CAPABILITIES, 0, version, 0, 0, 0, 0, 0) + none + contract + none + (0,) * 18
         )
 

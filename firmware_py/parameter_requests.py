@@ -14,6 +14,8 @@ from .parameters import UNKNOWN
 from .target_curve import CURVE_PARAMETERS
 
 _PER_TICK = 2  # of those that nobody waits for one by one
+_CHANGED_PER_TICK = 6
+_REFUSALS = 8  # that wait for room on the link
 
 
 class ParameterRequests:
@@ -24,7 +26,9 @@ class ParameterRequests:
         self._modes = modes
         self._link = link
         self._say = say
-        self._unsent = []  # indices of parameters that have changed
+        self._refusals = []  # values of PARAM_ERROR
+        self.dropped = 0  # refusals that found no room: their stations ask again
+        self._unsent = []  # indices of parameters that have changed, or were refused a change
         self._next = 0  # of the list
         self._left = 0
 
@@ -40,9 +44,12 @@ class ParameterRequests:
             self._unsent.append(index)
 
     def send_some(self):
-        """Go on with what is to be sent, a few a tick."""
-        for _ in range(_PER_TICK):
-            if not (self._unsent or self._left) or not self._link.budget.has_room():
+        """Go on with what is to be sent, a few a tick, while the link has room for answers."""
+        budget = self._link.budget
+        while self._refusals and budget.has_answer_room():
+            self._link.answer(PARAM_ERROR, self._refusals.pop(0))
+        for count in range(_CHANGED_PER_TICK):
+            if not (self._unsent or (self._left and count < _PER_TICK)) or not budget.has_answer_room():
                 return
             if self._unsent:
                 self._send(self._unsent.pop(0))
@@ -57,7 +64,7 @@ class ParameterRequests:
         if 0 <= wanted < len(PARAMETERS):
             self._send(wanted)
         else:
-            self._refuse(index, name, MAV_PARAM_ERROR_DOES_NOT_EXIST, system, component)
+            self._link.answer(PARAM_ERROR, (index, system, component, name, MAV_PARAM_ERROR_DOES_NOT_EXIST))
 
     def changes_curve(self, name, value):
         """Index of the parameter if setting it changes the target curve in flight, so that it must be checked first."""
@@ -81,12 +88,16 @@ class ParameterRequests:
         else:
             parameters.set(index, value)
         if index != UNKNOWN:
-            self._send(index)
+            self.announce(index)
 
     def _send(self, index):
         parameters = self._parameters
         name = parameters.name_of(index)
-        self._link.send(PARAM_VALUE, (parameters.values[index], len(PARAMETERS), index, name, MAV_PARAM_TYPE_REAL32))
+        self._link.answer(PARAM_VALUE, (parameters.values[index], len(PARAMETERS), index, name, MAV_PARAM_TYPE_REAL32))
 
     def _refuse(self, index, name, error, system, component):
-        self._link.send(PARAM_ERROR, (index, system, component, name, error))
+        """Send PARAM_ERROR when there is room."""
+        if len(self._refusals) < _REFUSALS:
+            self._refusals.append((index, system, component, name, error))
+        else:
+            self.dropped += 1

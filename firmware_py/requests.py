@@ -85,8 +85,11 @@ class Requests:
         for _ in range(orders):
             self._handle(inbox, inbox.orders.take())
         for _ in range(min(_PER_TICK - orders, len(inbox.questions.requests))):
-            self._handle(inbox, inbox.questions.take())
+            if not self._link.budget.has_answer_room():
+                break
+            self._handle(inbox, inbox.questions.take_fairly())
         self._check_curve()
+        self._commands.send_some()
         self._parameters.send_some()
         self._files.serve(inbox.files, self._for_us)
 
@@ -213,19 +216,19 @@ class Requests:
     def _on_mission_request_list(self, values, system, component):
         target_system, target_component, mission_type = values
         if self._for_us(target_system, target_component):
-            self._link.send(MISSION_COUNT, (0, system, component, mission_type))
+            self._link.answer(MISSION_COUNT, (0, system, component, mission_type))
 
     def _on_radio_status(self, values, system, component):
         self._link.budget.hear_radio(values[4])
 
     def _on_timesync(self, values, system, component):
         if values[0] == 0:
-            self._link.send(TIMESYNC, (self._uptime_us * 1000 or 1, values[1]))  # 0 would be a question
+            self._link.answer(TIMESYNC, (self._uptime_us * 1000 or 1, values[1]))  # 0 would be a question
 
     def _on_ping(self, values, system, component):
         time_usec, sequence, target_system, target_component = values
         if target_system == 0 and target_component == 0:
-            self._link.send(PING, (time_usec, sequence, system, component))
+            self._link.answer(PING, (time_usec, sequence, system, component))
 
 
 def _what(values):

@@ -42,7 +42,7 @@ _FROM_START = (HEARTBEAT,) + _STREAMS
 class Telemetry:
     """Sends what is due; a heartbeat also at once when the mode changes. `autopilot` is read, never written.
 
-    What the link has no room for is left out, bar the heartbeat and texts.
+    What the link has no room for is left out, except the heartbeat; texts wait.
     """
 
     def __init__(self, link, autopilot):
@@ -78,8 +78,9 @@ class Telemetry:
             self._heartbeat_due = ticks_add(now, _SECOND)
         if beats or changed:
             self._send_heartbeat()
-        if self._texts:
-            self._link.send(STATUSTEXT, self._texts.pop(0))
+        budget = self._link.budget
+        if self._texts and budget.has_note_room():
+            budget.spend_on_note(self._link.send(STATUSTEXT, self._texts.pop(0)))
         if changed:
             self._mode = self._autopilot.modes.mode
             if self._asked[1] >= 0:
@@ -91,7 +92,7 @@ class Telemetry:
                 due[index] = now
             elif _is_due(due[index], period, now):
                 due[index] = _next_due(due[index], period, now)
-                if self._link.budget.has_room():
+                if budget.has_room():
                     self.send(_STREAMS[index], now, uptime_us)
 
     def sends(self, message):

@@ -18,6 +18,7 @@ KITE_COMPONENT = dialect.MAV_COMP_ID_USER1  # KITE_STATE comes from here; from o
 HEARTBEAT_PERIOD_S = 1.0
 SILENCE_S = 10.0  # no message of any kind for so long: the link is down
 _MOST_TIMINGS = 512
+_FRAMES_PER_SECOND = 40  # more than a station sends in the mean
 _QUICK, _SLOW_S = 4, 0.8  # so many attempts as fast as the link is, and the others no faster than this
 _OVERTAKEN = 10  # more than a link's jitter does: it came over a slower link
 _PRESENT = (  # what says how things are now: one that was overtaken so far says how they were

@@ -19,6 +19,7 @@ from sim_bridge.runtimes.interface import LEAD_IN_S, Message, TickOutput, clock_
 from sim_bridge.sensors import Sample
 from sim_bridge.wire import BRIDGE_COMPONENT, BRIDGE_SYSTEM
 
+_AROUND = 12  # bytes of a frame that are no payload
 _LAYOUTS = {message: struct.Struct(entry[0]) for message, entry in MESSAGES.items()}
 
 
@@ -45,8 +46,12 @@ class DirectLink:
         for encoder in self._encoders:
             encoder.system = system
 
-    def send(self, message: int, values: tuple[Any, ...]) -> None:
-        """Take a message from the firmware."""
+    def answer(self, message: int, values: tuple[Any, ...]) -> None:
+        """Take an answer from the firmware."""
+        self.budget.spend_on_answer(self.send(message, values))
+
+    def send(self, message: int, values: tuple[Any, ...]) -> int:
+        """Take a message from the firmware; the bytes that its frame has on the wire."""
         wired = as_on_the_wire(message, values)
         if message == HIL_ACTUATOR_CONTROLS:
             self.steering = wired[2]
@@ -60,6 +65,7 @@ class DirectLink:
             buffer = bytearray(LONGEST_FRAME)
             end = self._encoders[message == KITE_STATE].encode(buffer, 0, message, values)
             self.frames.append(bytes(buffer[:end]))
+        return _AROUND + max(1, len(_LAYOUTS[message].pack(*values).rstrip(b"\0")))
 
     def flush(self) -> None:
         """Nothing waits here."""
