@@ -10,10 +10,12 @@ _LOW = 20  # [% of a radio's buffer left]: far too much is sent
 _SCARCE = 50
 _PLENTY = 90
 # Of a link whose rate nobody told, what answers may take in the long run, and at once [bytes/s, bytes]. A telemetry
-# radio of 57600 baud carries 5760 bytes/s, of which telemetry as usual takes 4400: a list of parameters (1.6 KB) still
-# goes out at once, and the parameters' documentation (10 KB) in 8 s.
-_ANSWERS = 1000
+# radio of 57600 baud carries 5760 bytes/s, of which telemetry as usual takes 4400, and 2400 where the state is told
+# half as often, which it is while answers have taken nearly all that they may. A list of parameters (1.6 KB) goes out
+# at once, the parameters' documentation (10 KB) in 3 s: mavsdk gives up on slower files.
+_ANSWERS = 2500
 _ANSWERS_AT_ONCE = 4000
+_CROWDED = 1000  # of these that are left
 # Of any link, what acknowledgements of commands and texts may take: 13 a second, 27 at once.
 _NOTES = 300
 _NOTES_AT_ONCE = 600
@@ -89,6 +91,10 @@ class LinkBudget:
             return False
         self._spare_us = 0
         return True
+
+    def is_crowded(self):
+        """True where the rate is not known and answers take so much that telemetry should come half as often."""
+        return not self.rate and self._answers_left < _CROWDED
 
     def has_answer_room(self):
         """True if an answer may be sent; the asker sends then."""

@@ -88,6 +88,8 @@ class Telemetry:
         heard = self._autopilot.kite.has_heard()
         for index in range(len(due)):
             period = self._period_us(index) if heard or _STREAMS[index] not in _OF_KITE else 0
+            if period and _STREAMS[index] in _OF_KITE and budget.is_crowded():
+                period <<= 1
             if not period:
                 due[index] = now
             elif _is_due(due[index], period, now):

@@ -110,7 +110,7 @@ def test_heartbeats_go_on_behind_a_radio_of_which_the_firmware_knows_nothing(flo
     assert len(beats) >= SECONDS - 1
     gaps = [later - before for before, later in pairwise(beats)]
     assert max(gaps) < 1.7 and max(gaps[5:]) < 1.1  # what is let through at once waits for 0.6 s there
-    assert len(of_kind("KITE_STATE", [message for _, message in bench.heard])) > 0.98 * SECONDS * 50
+    assert len(of_kind("KITE_STATE", [message for _, message in bench.heard])) > 0.48 * SECONDS * 50
 
 
 @pytest.mark.parametrize("shared_line", [True, False])
@@ -149,9 +149,9 @@ def test_a_list_goes_out_at_once_and_a_second_one_at_the_pace_of_answers():
     request = dialect.MAVLink_param_request_list_message(1, 1)
     bench.tell(request)
     assert len(of_kind("PARAM_VALUE", bench.run(0.5))) == len(bench.autopilot.parameters.values)
-    for _ in range(5):
+    for _ in range(40):
         bench.tell(request)
-        bench.run(0.5)
+        bench.run(0.1)
     bench.tell(request)
     bytes_s = sum(len(message.get_msgbuf()) for message in of_kind("PARAM_VALUE", bench.run(1.0)))
-    assert 850 < bytes_s < 1050
+    assert 1500 < bytes_s < 2600

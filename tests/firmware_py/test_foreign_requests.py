@@ -139,7 +139,7 @@ def read_in_bursts(bench: Bench, station: Station, name: bytes) -> bytes:
     (length,) = struct.unpack("<I", unpack(opened)[5])
     station.tell(ftp(dialect.MAV_FTP_OPCODE_BURSTREADFILE, size=239))
     content = b""
-    for _ in range(600):  # at 1000 bytes a second
+    for _ in range(600):  # the link has 2500 bytes a second for it
         for answer in station.answers("FILE_TRANSFER_PROTOCOL", bench.step()):
             _, opcode, _, complete, offset, data = unpack(answer)
             assert (opcode, offset) == (dialect.MAV_FTP_OPCODE_ACK, len(content))
