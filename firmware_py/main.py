@@ -1,7 +1,7 @@
 """The firmware as a process on a PC: `python -m firmware_py.main HOST PORT lockstep|realtime`.
 
 It talks UDP to the bridge at HOST:PORT, or to a device file as if it were a board on a cable, with `serial` for HOST
-and the file for PORT. It ends after a minute of silence.
+and the file for PORT. It ends after half a minute of silence.
 """
 
 import gc
@@ -18,7 +18,7 @@ from .loop import run_lockstep, run_real_time  # noqa: E402
 from .mavlink_link import MavlinkLink  # noqa: E402
 from .udp_transport import UdpTransport  # noqa: E402
 
-_SILENCE_MS = 60000
+_SILENCE_MS = 30000
 
 
 def main(arguments):

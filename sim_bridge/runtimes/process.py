@@ -11,9 +11,11 @@ from pathlib import Path
 
 from sim_bridge.runtimes.interface import FirmwareError
 from sim_bridge.runtimes.wired import SILENCE_S, WireRuntime
+from sim_bridge.wire import BridgeCodec
 
 HEAP = "heapsize=192k"
 _LOOK_S = 0.2  # how often it is looked whether the process still lives
+_MOST_STRAYS = 1000  # datagrams of others that may stand before the answer, when a suspended bridge comes back
 
 
 def micropython_command() -> str | None:
@@ -47,7 +49,7 @@ class ProcessRuntime(WireRuntime):
         self._peer: tuple[str, int] | None = None
 
     def start(self) -> None:
-        """See Runtime: waits for the first frame of the process."""
+        """See Runtime: waits for the first frame of the process, which tells its address."""
         spec = importlib.util.find_spec("firmware_py")
         if spec is None or spec.origin is None:
             raise FirmwareError("the folder firmware_py is not installed")
@@ -56,7 +58,10 @@ class ProcessRuntime(WireRuntime):
             [*self._command, "-m", "firmware_py.main", host, str(port), self.pace],
             cwd=Path(spec.origin).parent.parent, stdin=subprocess.DEVNULL, stdout=self._said, stderr=self._said,
             start_new_session=True)  # (Ctrl-C is for the bridge, which ends the firmware in its time)
-        self._receive(time.monotonic() + SILENCE_S, "when it was started")
+        deadline = time.monotonic() + SILENCE_S
+        while not self._is_greeting(self._receive(deadline, "when it was started")):
+            self._peer = None
+            self._check_alive("when it was started")
 
     def stop(self) -> None:
         """See Runtime."""
@@ -71,7 +76,8 @@ class ProcessRuntime(WireRuntime):
             self._socket.sendto(datagram, self._peer)
 
     def _receive(self, deadline: float, when: str) -> bytes:
-        while True:
+        strays = 0
+        while strays < _MOST_STRAYS:
             self._socket.settimeout(_LOOK_S)
             try:
                 data, peer = self._socket.recvfrom(65536)
@@ -80,9 +86,16 @@ class ProcessRuntime(WireRuntime):
                 if time.monotonic() >= deadline:
                     break
                 continue
-            self._peer = peer
-            return data
+            if self._peer in (None, peer):
+                self._peer = peer
+                return data
+            strays += time.monotonic() >= deadline  # from a firmware whose bridge had this port before
         raise FirmwareError(f"the firmware is silent {when}: nothing for {SILENCE_S:g} s")
+
+    def _is_greeting(self, data: bytes) -> bool:
+        """Is this what the firmware sends first, at its `pace`?"""
+        kinds = [message.get_type() for message in BridgeCodec().decode(data)]
+        return "KITE_TICK_END" in kinds if self.pace == "lockstep" else bool(kinds)
 
     def _check_alive(self, when: str) -> None:
         """Raise with the process's last words if it has ended."""

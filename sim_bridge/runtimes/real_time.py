@@ -34,9 +34,11 @@ class RealTimeRuntime(ProcessRuntime):
         while True:
             self._socket.settimeout(self._clock.left(time_s))
             try:
-                data = self._socket.recv(65536)
+                data, peer = self._socket.recvfrom(65536)
             except OSError:  # it is time for the next tick
                 break
+            if peer != self._peer:
+                continue
             _, output = self._sort(data, self._clock.within(time_s), output)
         self._check_alive("in flight")
         return output

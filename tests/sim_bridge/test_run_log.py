@@ -7,7 +7,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +22,6 @@ from sim_bridge.cli import main
 from sim_bridge.flight import COLUMNS
 from sim_bridge.run import RunOptions, run_scenario
 from sim_bridge.runtimes.memory import MemoryRuntime
-from sim_bridge.runtimes.process import ProcessRuntime
 from sim_bridge.scenario import load_scenario
 from sim_bridge.scenario_keys import KEYS
 from tests.sim_bridge.killed_flights import FlightProcess, opens_everywhere, repeats
@@ -140,21 +138,6 @@ def test_a_full_disk_ends_the_log_and_not_the_flight(tmp_path, capsys, room):
     code, result, _ = rerun(capsys, folder)
     assert code == 0 and result["same"] and 0.4 < result["until_s"] < 9.0 and result["cut"]
     assert list(read_tlog(folder / "control.tlog"))
-
-
-def test_a_suspended_bridge_hears_what_the_firmware_said_meanwhile():
-    runtime = ProcessRuntime("cpython")
-    try:
-        runtime.start()
-        assert runtime._process
-        runtime._send(b"\0" * 40)
-        runtime.exchange(1, 0.0, [], [], [])
-        runtime._process.send_signal(signal.SIGSTOP)
-        runtime._process.send_signal(signal.SIGCONT)
-        runtime._socket.sendto(b"late", runtime._socket.getsockname())
-        assert runtime._receive(time.monotonic() - 15.0, "when it came back") == b"late"
-    finally:
-        runtime.stop()
 
 
 @pytest.mark.parametrize("theirs", ["notes.txt", "run.json"])

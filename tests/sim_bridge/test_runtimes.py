@@ -1,5 +1,9 @@
 """The firmware as a process: it keeps its own time, and its failures are told in one line."""
 
+import select
+import socket
+import time
+
 import pytest
 
 from protocol import dialect
@@ -47,6 +51,33 @@ def test_a_firmware_that_cannot_start_says_its_last_words(monkeypatch):
             runtime.start()
     finally:
         runtime.stop()
+
+
+def test_a_bridge_that_was_suspended_hears_what_the_firmware_said_meanwhile():
+    runtime = ProcessRuntime("cpython")
+    try:
+        runtime.start()
+        runtime._send(BridgeCodec().encode(dialect.MAVLINK_MSG_ID_KITE_TICK, (1, 0)))
+        assert select.select([runtime._socket], [], [], 20.0)[0]
+        assert runtime._receive(time.monotonic() - 15.0, "in tick 1")  # the time allowed was slept away
+    finally:
+        runtime.stop()
+
+
+def test_a_firmware_whose_bridge_is_gone_does_not_disturb_the_next_on_its_port():
+    runtime = ProcessRuntime("cpython")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as left_over:
+        codec = BridgeCodec()
+        heartbeat = codec.encode_message(dialect.MAVLink_heartbeat_message(0, 0, 0, 0, 0, 3))
+        other_tick = codec.encode(dialect.MAVLINK_MSG_ID_KITE_TICK_END, (7,))
+        try:
+            left_over.sendto(heartbeat, runtime._socket.getsockname())
+            runtime.start()
+            for tick in range(3):
+                left_over.sendto(other_tick, runtime._socket.getsockname())
+                assert runtime.exchange(tick, 0.02 * tick, [], [], []).steering
+        finally:
+            runtime.stop()
 
 
 def test_an_answer_to_another_tick_is_an_error():

@@ -28,7 +28,7 @@ def test_a_killed_flight_is_there_up_to_the_last_second(tmp_path, capsys, victim
         time.sleep(after_s)
         flight.process.kill()
         flight.end()
-        os.kill(firmware, signal.SIGKILL)  # it would wait for its bridge for a minute
+        os.kill(firmware, signal.SIGKILL)  # it would wait for its bridge for half a minute
     else:
         flight.fly_until(6.0 + seed)
         firmware = flight.firmware()
