@@ -110,7 +110,7 @@ def test_a_board_on_a_cable_tracks_the_eight_and_its_own_delay_is_measured(cable
     scenario = load_scenario("paper-delay-tuned")
     scenario.set("run.duration_s", 12.0, "test")
     scenario.set("run.settle_s", 2.0, "test")
-    scenario.set_parameter("STALE_TIME", 3.0, "test")  # a busy machine may hold either side up for a while
+    scenario.set_parameter("STALE_TIME", 3.0, "test")  # a busy machine holds either side up; default timing: tests/soak
     said = []
     board = firmware_on(str(cable.ends[1]), interpreter)
     try:

@@ -20,7 +20,7 @@ def test_in_real_time_the_firmware_flies_on_its_own_clock():
     scenario = load_scenario("paper-delay-tuned")
     scenario.set("run.duration_s", 4.0, "test")
     scenario.set("run.settle_s", 1.0, "test")
-    scenario.set_parameter("STALE_TIME", 3.0, "test")  # a busy machine may hold either side up for a while
+    scenario.set_parameter("STALE_TIME", 3.0, "test")  # a busy machine holds either side up; default timing: tests/soak
     result = run_scenario(scenario, RunOptions("cpython", speed=1))
     assert result.real_time and result.numbers["ticks"] == 200
     assert result.numbers["wall_s"] >= 3.9
