@@ -58,14 +58,15 @@ def simulator() -> Iterator[Simulator]:
 class Station:
     """A ground station on a port of its own."""
 
-    def __init__(self, simulator: Simulator):
+    def __init__(self, simulator: Simulator, system: int = 255):
         self._simulator = simulator
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.connect(simulator.address)
-        self._mav = dialect.MAVLink(None, srcSystem=255, srcComponent=190)
+        self._mav = dialect.MAVLink(None, srcSystem=system, srcComponent=190)
         self._parser = dialect.MAVLink(None)
 
     def say(self, message: Any) -> None:
+        self._mav.seq = (self._mav.seq + 1) % 256
         self._socket.send(message.pack(self._mav))
 
     def ask(self, name: bytes) -> None:
@@ -161,7 +162,7 @@ def test_neither_the_one_that_it_sends_to_nor_noise_takes_a_place(simulator):
 
 def test_two_stations_at_once_both_rule_and_both_know(simulator):
     """One asks for PARK, the other for TRACK and another gain: both hear all of it, the last word holds."""
-    first, second = Station(simulator), Station(simulator)
+    first, second = Station(simulator), Station(simulator, system=254)
     for station in (first, second):
         station.greet()
     simulator.flight.step()

@@ -87,7 +87,7 @@ class Talker:
         if "armed" in self.answered and self._parks:
             self._parks -= 1
             asked.append(self._command(dialect.MAV_CMD_DO_SET_MODE, 1.0, float(dialect.KITE_MODE_PARK)))
-        return [message.pack(self._mav) for message in asked]
+        return [self._frame(message) for message in asked]
 
     def send(self, frames: list[bytes]) -> None:
         """What it hears."""
@@ -98,6 +98,10 @@ class Talker:
                 self.answered.append("armed")
             elif kind in ("PARAM_ERROR", "COMMAND_ACK") and message.target_component == 190:
                 self.answered.append(f"{kind} {getattr(message, 'result', None)}")
+
+    def _frame(self, message: Any) -> bytes:
+        self._mav.seq = (self._mav.seq + 1) % 256
+        return message.pack(self._mav)
 
     def _command(self, command: int, first: float, second: float) -> Any:
         return dialect.MAVLink_command_long_message(1, 1, command, 0, first, second, 0.0, 0.0, 0.0, 0.0, 0.0)

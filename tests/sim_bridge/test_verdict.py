@@ -34,10 +34,14 @@ class Operator:
         assert self.flight
         due = [message for time_s, message in self._plan if time_s <= self.flight.time_s + 1e-9]
         del self._plan[: len(due)]
-        return [message.pack(self._mav) for message in due]
+        return [self._frame(message) for message in due]
 
     def send(self, frames: list[bytes]) -> None:
         """What it would hear."""
+
+    def _frame(self, message: Any) -> bytes:
+        self._mav.seq = (self._mav.seq + 1) % 256  # a frame with the number of the one before is its late copy
+        return message.pack(self._mav)
 
 
 def command(number: int, *values: float) -> Any:
