@@ -24,6 +24,8 @@ _LONGEST_GAP_S = 0.25  # between states: more is lost, not slow
 _LEAST_STATES = 100
 _LEAST_FIT = 0.5
 _PLAUSIBLE_AGE_S = 2.0
+_CLOCK_WRAP_S = (1 << 30) * 1e-6
+_SAME_SAMPLE_S = 1e-4
 
 
 class Slewing(NamedTuple):
@@ -73,14 +75,16 @@ def _fit(states: "dict[str, np.ndarray]", actuator: Slewing) -> tuple[float | No
     import numpy as np  # noqa: PLC0415
 
     time_s = states["time_s"]
-    step_s = np.diff(time_s)
+    tick_s = np.diff(time_s)
+    pull = states["airspeed"] * _slewed(states["steering_asked"], tick_s, actuator)
+    between = 0.5 * np.diff(pull) * (tick_s - np.min(tick_s, initial=GREATEST_S))  # where states are lost on the way
+    integral = np.concatenate(([0.0], np.cumsum(pull[:-1] * tick_s + between)))
+    sampled_s, states = _samples(states)
+    step_s = np.diff(sampled_s)
     swung = np.sin(states["elevation"][:-1]) * _wrapped(np.diff(states["azimuth"]))  # the frame turns along the way
     headed = bool(np.all(states["valid"].astype(int) & dialect.KITE_VALID_HEADING))
     turned = _wrapped(np.diff(states["heading" if headed and actuator != Slewing() else "course"])) + swung
-    pull = states["airspeed"] * _slewed(states["steering_asked"], step_s, actuator)
-    between = 0.5 * np.diff(pull) * (step_s - np.min(step_s, initial=GREATEST_S))  # where states are lost on the way
-    integral = np.concatenate(([0.0], np.cumsum(pull[:-1] * step_s + between)))
-    good = (step_s > 0.0) & (step_s < _LONGEST_GAP_S) & (time_s[:-1] > time_s[0] + GREATEST_S)
+    good = (step_s > 0.0) & (step_s < _LONGEST_GAP_S) & (sampled_s[:-1] > time_s[0] + GREATEST_S)
     weight = np.sin(states["heading"]) * np.cos(states["elevation"]) / np.maximum(states["airspeed"], 1.0)
     known = np.stack([step_s, weight[:-1] * step_s], axis=1)[good]
     if np.count_nonzero(good) < _LEAST_STATES:
@@ -90,7 +94,7 @@ def _fit(states: "dict[str, np.ndarray]", actuator: Slewing) -> tuple[float | No
     total = float(rest_of_turned @ rest_of_turned)
 
     def unexplained(delay_s: float) -> float:
-        earlier = np.interp(time_s - delay_s, time_s, integral)
+        earlier = np.interp(sampled_s - delay_s, time_s, integral)
         left, gain = _residual(np.column_stack([np.diff(earlier)[good], known]), turned)
         return float(left @ left) if gain > 0.0 else total
 
@@ -101,6 +105,20 @@ def _fit(states: "dict[str, np.ndarray]", actuator: Slewing) -> tuple[float | No
     if fit < _LEAST_FIT or best == len(delays) - 1:
         return None, fit
     return _between(delays, left, best), fit
+
+
+def _samples(states: "dict[str, np.ndarray]") -> "tuple[np.ndarray, dict[str, np.ndarray]]":
+    """The rows with a new sample, and when it would have been seen at its usual age [s].
+
+    A firmware on a clock of its own sees some samples twice and others late: what turned between two ticks is then not
+    what the time between them tells.
+    """
+    import numpy as np  # noqa: PLC0415
+
+    age_s = np.unwrap(states["sample_age_s"], period=_CLOCK_WRAP_S)
+    sampled_s = states["time_s"] - (age_s - np.median(age_s))
+    new = np.concatenate([[True], np.diff(np.maximum.accumulate(sampled_s)) > _SAME_SAMPLE_S])
+    return sampled_s[new], {name: values[new] for name, values in states.items()}
 
 
 def _slewed(asked: Any, step_s: Any, actuator: Slewing) -> Any:
