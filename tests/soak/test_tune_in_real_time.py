@@ -6,6 +6,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -25,11 +26,13 @@ def link(request, tmp_path):
         port = probe.getsockname()[1]
     command = [sys.executable, "-m", "sim_bridge.cli", "run", request.param, *SITL, "--status", "--log",
                str(tmp_path / "log"), "--set", f"ground.send_to=127.0.0.1:{port}", "--set", "ground.listen=127.0.0.1:0"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as sitl:
-        assert sitl.stdout and "TRACK" in sitl.stdout.readline()
+    said = tmp_path / "said"
+    with said.open("w") as output, subprocess.Popen(command, stdout=output) as sitl:
+        while " TRACK " not in said.read_text():
+            assert sitl.poll() is None
+            time.sleep(0.5)
         yield f"udpin:127.0.0.1:{port}"
         sitl.send_signal(signal.SIGINT)
-        sitl.communicate()
 
 
 @pytest.mark.soak
