@@ -16,6 +16,7 @@ from types import TracebackType
 
 from ground.background import Background
 from ground.errors import NoAnswerError, UsageError
+from ground.flown_law import FlownAdvice, advise_on, read_law
 from ground.links import Links, open_links
 from ground.parameter_access import Parameters
 from ground.round_trip import DelaySummary
@@ -132,13 +133,25 @@ class Kite:
             return self._tuning.measure_delay(seconds)
 
     def advise(self, delay_s: float) -> GainAdvice:
-        """The gains' limits and optima for dead time `delay_s` [s] in the loop, and where the present ones stand.
+        """The gains' limits and optima for settling, with dead time `delay_s` [s] in the loop and nothing predicted.
 
         With the outer loop where the kite flies. Raises UsageError where it cannot be flown with this delay.
         """
         advice = advise(delay_s, self.parameters.get(RATE_NAME), self.parameters.get(GAIN_NAME))
         speed = speed_over_length(self.state)
         return with_outer_loop(advice, speed, self.parameters.get(OUTER_NAME)) if speed else advice
+
+    def advise_as_flown(self, delay_s: float) -> FlownAdvice:
+        """What suits the law that is flown, prediction and feed-forward included: limits, best P, and what to set.
+
+        `delay_s` [s] as measured; the last 20 s of flight count where the kite follows its eight. For settling by the
+        plain law, `advise` has more. Raises UsageError where the delay is not one.
+        """
+        with self._serving.held():
+            law = read_law(self.session)
+            advice = advise(delay_s, self.parameters.get(RATE_NAME), self.parameters.get(GAIN_NAME))
+            flown = self._tuning.effect(DELAY_MEASURE_S) if law.eight else None
+            return advise_on(law, advice, speed_over_length(self.state), self.parameters.get(OUTER_NAME), flown)
 
     def step_gain(self, factor: float, delay_s: float, name: str = GAIN_NAME,
                   measure_s: float | None = None) -> StepResult:

@@ -6,6 +6,7 @@ import math
 import pytest
 
 from ground.errors import UsageError
+from ground.kite import connect_over
 
 OPTIMUM = 1.8394  # 1 / (e 0.2 s)
 
@@ -97,6 +98,16 @@ def test_a_diverging_kite_is_helped_at_once(flying_kite, operator_of):
     assert kite.firmware_parameter("INNER_P") == pytest.approx(OPTIMUM, abs=1e-4) and kite.clock() - began_s < 15.0
     kite.sleep(30.0)
     assert math.degrees(kite.flight.recent_errors(10.0)[0]) < 8.0
+
+
+def test_a_notebook_is_told_the_same(flying_kite):
+    with connect_over(flying_kite("paper-delay-tuned", INNER_P=1.67).links(), background=False) as kite:
+        delay_s = kite.measure_delay(20.0).loop.whole_s
+        assert delay_s is not None
+        advice = kite.advise_as_flown(delay_s)
+        assert advice.proposal and advice.measured_rad
+        assert advice.proposal == pytest.approx(0.5 * advice.limit, rel=1e-3) and 6.6 < advice.limit < 6.8
+        assert kite.step_gain(advice.proposal / 1.67, delay_s).after.cross_track_rad < advice.measured_rad
 
 
 def test_gains_that_follow_a_schedule_are_not_set_by_hand(flying_kite, operator_of):
