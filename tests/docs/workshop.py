@@ -23,6 +23,8 @@ class Workshop:
     """Runs commands in `folder`, made for it. `real_time`: nothing is shortened or flown faster than it is shown."""
 
     def __init__(self, folder: Path, real_time: bool):
+        if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as in the background of a script: nothing would end
+            signal.signal(signal.SIGINT, signal.default_int_handler)
         self._real_time = real_time
         self._port = _free_port()
         self._folder = folder / "checkout"
