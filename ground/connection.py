@@ -33,9 +33,6 @@ class Address(NamedTuple):
     component: int
 
 
-_FRAMES_PER_SECOND = 40  # more than a station sends in the mean
-
-
 def is_of(sender: Address, vehicle: Address | None) -> bool:
     """Whether `sender` is the vehicle: its autopilot, or the component of the same system that tells a kite's state.
 
