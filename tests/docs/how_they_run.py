@@ -11,11 +11,13 @@ PROGRAMS_NOT_RUN = {
     "wireshark": "comes with the system's package manager",
     "tshark": "comes with the system's package manager (tests/protocol runs it where it is installed)",
 }
+# Names in running text of what does nothing without arguments. Shown anywhere or nowhere.
+MENTIONS = ("make flash", *(f"kite-sitl {verb}" for verb in (
+    "run", "hil", "rerun", "sweep", "replay", "identify", "design", "flash", "board-image")), *(
+    f"kite-ground {verb}" for verb in ("param", "param load", "param set", "record", "plot", "log export", "replay")))
 NOT_RUN = {
     "make test": "runs this very test",
     "make lint type test": "runs this very test",
-    "make flash": "a mention; needs PORT",
-    "kite-sitl design": "a mention; its examples are run",
     "kite-sitl hil --link serial:/dev/ttyUSB0:115200 small-kite --status": "needs a board (test_hil.py has one)",
     "kite-ground --link serial:/dev/ttyUSB0:57600 --link udpin:0.0.0.0:14550 monitor": "needs a radio",
 }

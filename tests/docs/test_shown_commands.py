@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.docs import how_they_run
-from tests.docs.how_they_run import ENDLESS, KEEPS_FLYING, NOT_RUN, PROGRAMS_NOT_RUN, SOAK
+from tests.docs.how_they_run import ENDLESS, KEEPS_FLYING, MENTIONS, NOT_RUN, PROGRAMS_NOT_RUN, SOAK
 from tests.docs.markdown_commands import EXAMPLES, PAGES, ROOT, Shown, shown_on
 from tests.docs.workshop import Workshop
 
@@ -33,6 +33,8 @@ def why_not_run(command: Shown, real_time: bool) -> str | None:
     """The reason why `command` is not run, if there is one."""
     if command.is_python:
         return None if real_time else how_they_run.PYTHON_IS_SOAK
+    if command.text in MENTIONS:
+        return "a mention"
     program = command.text.split()[0]
     reason = NOT_RUN.get(command.text) or PROGRAMS_NOT_RUN.get(program)
     return reason or (None if real_time else SOAK.get(command.text))
