@@ -66,7 +66,17 @@ test: $(VENV)/.installed-dev ## run the tests on all cores
 soak: $(VENV)/.installed-dev ## run the tests that take minutes or need real time, one after the other
 	$(BIN)/pytest -m soak -o addopts="-v --strict-markers"
 
-clean: ## remove .venv and what was built
-	rm -rf $(VENV) build dist *.egg-info
+$(VENV)/.installed-mutants: $(VENV)/.installed-dev
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[mutants]'
+	@touch $@
 
-.PHONY: help install sitl paper reality flash board-image generate lint type test soak clean
+ACCEPTANCE := wait take _is_sane _brings_news _is_way distance
+mutants: $(VENV)/.installed-mutants ## break the firmware in a thousand places and see that the tests notice (docs/mutants.md)
+	$(BIN)/mutmut run "firmware_py.mode_machine*" "firmware_py.command_*" "firmware_py.inbox*" "firmware_py.requests*" \
+	  "firmware_py.parameter_store*" $(foreach name,$(ACCEPTANCE),"firmware_py.estimator*$(name)*")
+	$(BIN)/python tests/mutants.py
+
+clean: ## remove .venv and what was built
+	rm -rf $(VENV) mutants build dist *.egg-info
+
+.PHONY: help install sitl paper reality flash board-image generate lint type test soak mutants clean

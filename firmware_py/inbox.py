@@ -138,8 +138,8 @@ class Inbox:
 
     def _put_urgent(self, request):
         """False where one of the same kind had to give way."""
-        kind = _disarms(request[1])
-        same = [index for index in range(len(self.urgent)) if _disarms(self.urgent[index][0][1]) == kind]
+        kind = disarms(request[1])
+        same = [index for index in range(len(self.urgent)) if disarms(self.urgent[index][0][1]) == kind]
         full = len(same) >= _URGENT
         if full:
             self.urgent.pop(same[-1])
@@ -155,10 +155,11 @@ def sender_of(request):
 
 def is_safe(values):
     """True for a command (values of COMMAND_LONG or COMMAND_INT) that brings the kite to rest: disarm, or PARK."""
-    return _disarms(values) or (values[7] == MAV_CMD_DO_SET_MODE and values[1] == KITE_MODE_PARK)
+    return disarms(values) or (values[7] == MAV_CMD_DO_SET_MODE and values[1] == KITE_MODE_PARK)
 
 
-def _disarms(values):
+def disarms(values):
+    """True for a command that disarms, or asks for STANDBY."""
     if values[7] == MAV_CMD_COMPONENT_ARM_DISARM:
         return values[0] == 0.0
     return values[7] == MAV_CMD_DO_SET_MODE and values[1] == KITE_MODE_STANDBY

@@ -26,7 +26,7 @@ from .generated_messages import (
     TIMESYNC,
 )
 from .generated_parameters import SYSTEM_ID
-from .inbox import is_safe, sender_of
+from .inbox import disarms, is_safe, sender_of
 from .parameter_requests import ParameterRequests
 from .parameters import UNKNOWN
 
@@ -79,6 +79,8 @@ class Requests:
         self._now = now
         self._uptime_us = uptime_us
         for request, before in inbox.take_urgent():
+            if self._is_for_the_ground(request) and inbox.orders.put(request):
+                continue
             self._overtake(inbox.orders.requests, before, request)
             self._handle(inbox, request)
         orders = min(_ORDERS_PER_TICK, len(inbox.orders.requests))
@@ -102,7 +104,7 @@ class Requests:
             return
         needs_curve = self._needs_curve(request)
         if moves and not needs_curve and self._curve.commands_wait():
-            if self._modes.armed() or is_safe(values):
+            if self._modes.armed() or disarms(values):
                 self._overtake_waiting()
             else:
                 needs_curve = True  # it may be for the arming before it, which waits
@@ -167,6 +169,10 @@ class Requests:
             self._parameters.set(values[3], values[0], problem, system, component)
         else:
             self._run(request, problem)
+
+    def _is_for_the_ground(self, request):
+        """True for a PARK while the kite is not armed: not urgent, its turn comes behind an ARM before it."""
+        return not self._modes.armed() and self._moves(request) and not disarms(request[1])
 
     def _overtake(self, orders, before, request):
         """Reject the commands that came before a disarm or PARK and would undo it."""

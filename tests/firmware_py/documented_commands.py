@@ -60,7 +60,7 @@ def behind(frame: Frame, done: Done) -> int:
 
 
 class Waiting:
-    """A TRACK or ARM that is not answered yet, or a MANUAL that came before the kite was armed."""
+    """A TRACK or ARM that is not answered yet, or a mode command that waits behind an ARM."""
 
     def __init__(self, frame: Frame, order: int, doubtful: bool = False, overtaken: bool = False):
         self.frame = frame
@@ -141,8 +141,10 @@ class Commands:
             return
         flight.hear_operator()
         self._order += 1
+        in_order = not flight.armed and any(other.frame.wish == ARMING for other in self._waiting)
         for other in self._waiting:
-            other.overtaken |= wish in (DISARMING, "STANDBY") or other.frame.wish not in (wish, ARMING)
+            ends = wish in (DISARMING, "STANDBY")
+            other.overtaken |= ends or (not in_order and other.frame.wish not in (wish, ARMING))
             other.doubtful = True
         for _, results in self._expected:
             results.add(REJECTED)  # one that is overtaken in its own tick
@@ -178,7 +180,7 @@ class Commands:
         elif wish in ("PARK", "MANUAL") and flight.armed:
             flight.enter(MODES[wish])
             self._accept(frame)
-        elif wish == "PARK" or (wish == "MANUAL" and not self._waiting):
+        elif wish in ("PARK", "MANUAL") and not self._waiting:
             self._expect(frame, {REJECTED})
         elif self._is_so(wish) and not (wish == "TRACK" and flight.stale):
             self._accept(frame)
@@ -203,7 +205,8 @@ class Commands:
                 raise DivergenceError(
                     f"{frame.wish} is " + ("not acknowledged at once" if len(results) > 1 else "refused"
                                            if ACCEPTED in results else "not rejected"), f"{answers}; {self.story()}")
-            answers.remove(fitting[0])
+            others_lose = any(waiting.overtaken for waiting in self._waiting_of(*fitting[0][:2]))
+            answers.remove(sorted(fitting, key=lambda answer: (answer[2] == ACCEPTED) != others_lose)[0])
         for station, command, result in answers:
             self._settle_waiting(station, command, result)
         self._expected = []
@@ -214,9 +217,12 @@ class Commands:
         self._settle_sets(seen)
         self._ticks.append(0)
 
-    def _settle_waiting(self, station: tuple[int, int], command: int, result: int) -> None:
-        mine = [waiting for waiting in self._waiting
+    def _waiting_of(self, station: tuple[int, int], command: int) -> list[Waiting]:
+        return [waiting for waiting in self._waiting
                 if waiting.frame.station == station and waiting.frame.message.command == command]
+
+    def _settle_waiting(self, station: tuple[int, int], command: int, result: int) -> None:
+        mine = self._waiting_of(station, command)
         if not mine:
             if command in (ARM, DO_SET_MODE):
                 raise DivergenceError("an acknowledgement too many", f"{station} {command} {result}; {self.story()}")
@@ -244,7 +250,7 @@ class Commands:
             raise DivergenceError(f"{wish} is accepted before ARM")
         if wish == "TRACK" and flight.stale:
             raise DivergenceError("TRACK is accepted while samples are stale")
-        if wish != "MANUAL" and self._flyable() is False:
+        if wish in ("TRACK", ARMING) and self._flyable() is False:
             raise DivergenceError(f"{wish} is accepted with an eight that cannot be flown")
         flight.enter(PARK if wish == ARMING else MODES[wish])
 

@@ -21,12 +21,12 @@ def can_be_flown(parameters: dict[str, float]) -> bool | None:
 
 @cache
 def _judge(values: tuple[float, ...]) -> bool | None:
-    value = dict(zip(NAMES, values, strict=True))
+    value: dict[str, float] = dict(zip(NAMES, values, strict=True))
     if value["EIGHT_ELEVATION"] - value["EIGHT_HALF_H"] < value["EIGHT_LEAST_EL"]:
         return False
     if value["EIGHT_ELEVATION"] + value["EIGHT_HALF_H"] > HIGHEST_DEG:
         return False
-    shape = TargetEight.from_parameters(value.__getitem__)
+    shape = TargetEight.from_parameters(lambda name: value[name])
     position = shape.position(GRID)
     furthest = math.degrees(math.acos(position[:, 0].min()))
     first, second = shape.derivatives(GRID)
