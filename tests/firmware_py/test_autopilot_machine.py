@@ -179,7 +179,8 @@ class AutopilotMachine(RuleBasedStateMachine):
             if holds():
                 return
             self.fly()
-        raise AssertionError(f"not so after {WAIT_TICKS} ticks: {what}; {self.told}; {self.documented.commands.story()}")
+        story = self.documented.commands.story()
+        raise AssertionError(f"not so after {WAIT_TICKS} ticks: {what}; {self.told}; {story}")
 
     @property
     def last_elevation(self) -> float:
