@@ -171,11 +171,8 @@ class Estimator:
         each as soon as there was time enough for it.
         """
         time_us, azimuth, elevation = sample[0], sample[1], sample[2]
-        span_us = ticks_diff(time_us, self.sample_time)
-        if not fresh_start and span_us <= 0:
-            return False
         news = True
-        if fresh_start or self._looked_time != self.sample_time:
+        if fresh_start or ticks_diff(self._looked_time, self.sample_time) > 0:
             if self._looked_age_us <= self.config.stale_us:
                 news = self._is_way(
                     ticks_diff(time_us, self._looked_time), self._looked_age_us,
@@ -189,6 +186,7 @@ class Estimator:
         self._looked_age_us = 0
         if fresh_start or not news:
             return news
+        span_us = ticks_diff(time_us, self.sample_time)
         return self._is_way(span_us, self._age_us, self.azimuth, self.elevation, azimuth, elevation)
 
     def _is_way(self, span_us, age_us, azimuth, elevation, to_azimuth, to_elevation):

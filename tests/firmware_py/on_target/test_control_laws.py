@@ -100,6 +100,27 @@ def test_steering_follows_the_law_and_stays_within_its_limits():
     assert steering.asked > 0.0
 
 
+def test_streams_that_bring_no_news_are_stale_in_time_and_a_gap_is_seen_by_the_tick_that_ends_it():
+    for stream in (
+        lambda tick, now: sample(580000, 0.1, 0.5),  # again and again
+        lambda tick, now: sample(580000, 0.1 + 0.001 * tick, 0.5),  # a stamp that stands
+        lambda tick, now: sample(580000 - tick * 20000, 0.1, 0.5),  # that goes back
+        lambda tick, now: sample(now, 0.1 + tick % 2, 0.5),  # jumps
+    ):
+        kite = Estimator()
+        kite.config.load(values_with())
+        for tick in range(30):
+            kite.wait(20000)
+            assert kite.take(sample(tick * 20000, 0.1, 0.5), 0.0)
+        stale = 0
+        for tick in range(1, 3000):
+            stale += kite.wait(20000)
+            kite.take(stream(tick, (29 + tick) * 20000), 0.0)
+        assert stale >= 2999 - 27, stale  # the first of a stream may be news
+    assert kite.wait(600000)  # the loop stood still
+    assert kite.take(sample(100, 0.1, 0.5), 0.0) and not kite.is_stale()
+
+
 def test_the_course_comes_from_positions_and_bad_samples_change_nothing():
     kite = Estimator()
     kite.config.load(values_with())
