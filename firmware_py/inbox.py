@@ -47,15 +47,15 @@ class Queue:
         self._waiting = {}  # how many, by sender
         self._last = -1  # sender of the one that was taken fairly last
 
-    def put(self, request):
-        """Add a request; False if there is no room for it."""
+    def put(self, request, position=None):
+        """Add a request, behind all others where no `position` is given; False if there is no room for it."""
         count = len(self.requests)
         sender = sender_of(request)
         waiting = self._waiting.get(sender, 0)
         if count >= self._room or (waiting and count >= self._room - _RESERVED):
             return False
         self._waiting[sender] = waiting + 1
-        self.requests.append(request)
+        self.requests.insert(count if position is None else position, request)
         return True
 
     def take_fairly(self):

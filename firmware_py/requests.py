@@ -78,10 +78,12 @@ class Requests:
         """Answer the oldest requests of `inbox`, a fixed number at most, and go on with lists, checks and files."""
         self._now = now
         self._uptime_us = uptime_us
+        moved = 0
         for request, before in inbox.take_urgent():
-            if self._is_for_the_ground(request) and inbox.orders.put(request):
+            if self._is_for_the_ground(request) and inbox.orders.put(request, before + moved):
+                moved += 1
                 continue
-            self._overtake(inbox.orders.requests, before, request)
+            self._overtake(inbox.orders.requests, before + moved, request)
             self._handle(inbox, request)
         orders = min(_ORDERS_PER_TICK, len(inbox.orders.requests))
         for _ in range(orders):

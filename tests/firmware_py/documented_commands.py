@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 ACCEPTED, REJECTED = dialect.MAV_RESULT_ACCEPTED, dialect.MAV_RESULT_TEMPORARILY_REJECTED
 LATE_US = 3 * SECOND
+REMEMBERED = 8  # commands, of all stations
 BEHIND = 32  # numbers; a station that is further behind has begun anew
 PATIENCE_TICKS = 100  # in which a command that waits for the check of the eight is answered
 CURVE = ("EIGHT_AZIMUTH", "EIGHT_ELEVATION", "EIGHT_HALF_H", "EIGHT_HALF_W", "EIGHT_LEAST_EL", "LINE_LENGTH",
@@ -107,6 +108,8 @@ class Commands:
         mine = [entry for entry in self._done if entry.frame.station == frame.station]
         if any(abs(now - entry.at_us - LATE_US) < SECOND // 10 for entry in mine):
             return False
+        if sum(now - entry.at_us < LATE_US for entry in self._done) > REMEMBERED:
+            return False
         recent = self._recent(frame.station)
         if not recent:
             return True
@@ -146,8 +149,9 @@ class Commands:
             ends = wish in (DISARMING, "STANDBY")
             other.overtaken |= ends or (not in_order and other.frame.wish not in (wish, ARMING))
             other.doubtful = True
-        for _, results in self._expected:
-            results.add(REJECTED)  # one that is overtaken in its own tick
+        for other, results in self._expected:
+            if other.wish == "MANUAL":
+                results.add(REJECTED)  # overtaken in its own tick
         self._obey(frame, wish)
 
     def _is_late(self, frame: Frame, wish: str) -> bool:
@@ -180,8 +184,6 @@ class Commands:
         elif wish in ("PARK", "MANUAL") and flight.armed:
             flight.enter(MODES[wish])
             self._accept(frame)
-        elif wish in ("PARK", "MANUAL") and not self._waiting:
-            self._expect(frame, {REJECTED})
         elif self._is_so(wish) and not (wish == "TRACK" and flight.stale):
             self._accept(frame)
         else:
@@ -228,7 +230,7 @@ class Commands:
                 raise DivergenceError("an acknowledgement too many", f"{station} {command} {result}; {self.story()}")
             return
         if result == ACCEPTED:
-            chosen = max(mine, key=lambda waiting: (not waiting.overtaken, waiting.order))
+            chosen = min(mine, key=lambda waiting: (waiting.overtaken, waiting.order))  # they follow in their order
             self._accepted(chosen)
         else:
             chosen = max(mine, key=lambda waiting: (waiting.overtaken, waiting.doubtful, -waiting.order))
@@ -247,9 +249,9 @@ class Commands:
                 raise DivergenceError("armed without fresh samples")
             flight.stale = False
         elif not flight.armed:
-            raise DivergenceError(f"{wish} is accepted before ARM")
+            raise DivergenceError(f"{wish} is accepted before ARM", self.story())
         if wish == "TRACK" and flight.stale:
-            raise DivergenceError("TRACK is accepted while samples are stale")
+            raise DivergenceError("TRACK is accepted while samples are stale", self.story())
         if wish in ("TRACK", ARMING) and self._flyable() is False:
             raise DivergenceError(f"{wish} is accepted with an eight that cannot be flown")
         flight.enter(PARK if wish == ARMING else MODES[wish])

@@ -179,8 +179,13 @@ class AutopilotMachine(RuleBasedStateMachine):
             if holds():
                 return
             self.fly()
+<<<<<<< ours
         story = self.documented.commands.story()
         raise AssertionError(f"not so after {WAIT_TICKS} ticks: {what}; {self.told}; {story}")
+=======
+        story = f"told {self.told}, {self.documented.commands.story()}"
+        raise AssertionError(f"not so after {WAIT_TICKS} ticks: {what}; {story}")
+>>>>>>> theirs
 
     @property
     def last_elevation(self) -> float:
