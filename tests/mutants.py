@@ -22,9 +22,9 @@ def survivors_on_page(text: str) -> dict[str, int]:
 
 
 def function_of(mutant: str) -> str:
-    """`mode_machine.ModeMachine.update` of `firmware_py.mode_machine.xǁModeMachineǁupdate__mutmut_3`."""
+    """`inbox.Queue.put` of `firmware_py.inbox.xǁQueueǁput__mutmut_3`, `inbox.is_safe` of `....x_is_safe__mutmut_1`."""
     module, _, rest = mutant.removeprefix("firmware_py.").partition(".x")
-    return f"{module}.{rest.rpartition('__mutmut_')[0].strip('_ǁ').replace('ǁ', '.')}"
+    return f"{module}.{rest.rpartition('__mutmut_')[0][1:].replace('ǁ', '.')}"
 
 
 def results(folder: Path) -> tuple[Counter[str], Counter[str]]:

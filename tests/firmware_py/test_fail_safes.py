@@ -17,10 +17,12 @@ from firmware_bench import (
     hovering,
     of_kind,
     sample,
+    set_parameter,
     station_heartbeat,
 )
 from simulated_storage import SimulatedStorage
 
+from firmware_py.inbox import Inbox
 from firmware_py.keeper import Keeper
 from firmware_py.mode_machine import ModeMachine
 from firmware_py.parameters import Parameters
@@ -197,6 +199,39 @@ def test_a_late_copy_of_a_command_changes_nothing(later):
     assert bench.autopilot.modes.mode == later
     if later != STANDBY:
         assert bench.change_mode(TRACK) == ACCEPTED  # asked for again, it is a new command
+
+
+def test_a_silence_acts_once_and_acts_where_the_time_is_set_during_it():
+    bench = Bench()
+    bench.start(TRACK)
+    bench.tell(station_heartbeat())
+    bench.run(3.0)
+    bench._waiting.append(set_parameter("GCS_LOST_TIME", 2.0).pack(bench._station))  # no sign of life
+    bench.run(5.0)
+    assert (bench.mode, bench.texts()) == (PARK, ["ground station silent: PARK"])
+    (text,) = of_kind("STATUSTEXT", [message for _, message in bench.heard])
+    assert text.severity == dialect.MAV_SEVERITY_WARNING
+
+
+def test_a_refusal_to_track_tells_that_samples_are_stale():
+    bench = Bench()
+    bench.start(PARK)
+    bench.sky = None
+    bench.run(0.6)
+    assert bench.change_mode(TRACK) == REJECTED
+    bench.step()
+    assert bench.texts()[-1] == "samples are stale"
+
+
+def test_the_newest_of_too_many_parks_takes_the_last_place_and_leaves_those_of_disarms():
+    inbox = Inbox()
+    park, disarm = (0, PARK, 0, 0, 0, 0, 0, DO_SET_MODE, 1, 1), (0.0, 0, 0, 0, 0, 0, 0, ARM, 1, 1)
+    for system in range(1, 7):
+        inbox.put(dialect.MAVLINK_MSG_ID_COMMAND_LONG, park, system, 190)
+    assert inbox.refused == 2
+    inbox.put(dialect.MAVLINK_MSG_ID_COMMAND_LONG, disarm, 99, 190)
+    assert inbox.refused == 2
+    assert [request[2] for request, _ in inbox.take_urgent()] == [1, 2, 3, 6, 99]
 
 
 def a_copied_frame(bench: Bench, message: dialect.MAVLink_message) -> bytes:
