@@ -147,10 +147,10 @@ class Commands:
         in_order = not flight.armed and any(other.frame.wish == ARMING for other in self._waiting)
         for other in self._waiting:
             ends = wish in (DISARMING, "STANDBY")
-            other.overtaken |= ends or (not in_order and other.frame.wish not in (wish, ARMING))
+            other.overtaken |= ends or (not in_order and other.frame.wish == "TRACK" != wish)
             other.doubtful = True
         for other, results in self._expected:
-            if other.wish == "MANUAL":
+            if other.wish in ("MANUAL", "TRACK", ARMING):
                 results.add(REJECTED)  # overtaken in its own tick
         self._obey(frame, wish)
 
