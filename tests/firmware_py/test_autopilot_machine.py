@@ -179,13 +179,8 @@ class AutopilotMachine(RuleBasedStateMachine):
             if holds():
                 return
             self.fly()
-<<<<<<< ours
-        story = self.documented.commands.story()
-        raise AssertionError(f"not so after {WAIT_TICKS} ticks: {what}; {self.told}; {story}")
-=======
         story = f"told {self.told}, {self.documented.commands.story()}"
         raise AssertionError(f"not so after {WAIT_TICKS} ticks: {what}; {story}")
->>>>>>> theirs
 
     @property
     def last_elevation(self) -> float:
@@ -288,6 +283,7 @@ def as_sent(sample: Sample | None) -> Sample | None:
 
 
 CI = settings(max_examples=60, stateful_step_count=30, derandomize=True, database=None, deadline=None,
+              phases=(Phase.generate,),  # shrinking takes minutes: the soak below does it
               suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much])
 
 
