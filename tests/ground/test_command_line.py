@@ -86,7 +86,9 @@ def called():
         def start(*arguments: str):
             ours = stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
             ours.bind(("127.0.0.1", 0))
-            command = [sys.executable, "-c", "import sys; from ground.cli import main; sys.exit(main())",
+            command = [sys.executable, "-c", "import signal, sys; from ground.cli import main; "
+                       "signal.signal(signal.SIGINT, signal.default_int_handler); "  # a shell's background job ignores it
+                       "sys.exit(main())",
                        "--link", f"udpout:127.0.0.1:{ours.getsockname()[1]}", *arguments]
             process = stack.enter_context(subprocess.Popen(command, stderr=subprocess.PIPE, text=True))
             return process, ours, ours.recvfrom(500)[1]
