@@ -24,6 +24,6 @@ class Acknowledgements:
     def send_some(self):
         """Send what waits, while there is room."""
         budget = self._link.budget
-        while self._queue.requests and budget.has_note_room():
-            request = self._queue.take()
-            budget.spend_on_note(self._link.send(COMMAND_ACK, request[1]))
+        while self._queue.requests and budget.has_acknowledgement_room():
+            request = self._queue.take_fairly()
+            budget.spend_on_acknowledgement(self._link.send(COMMAND_ACK, request[1]))

@@ -16,17 +16,20 @@ _PLENTY = 90
 _ANSWERS = 2500
 _ANSWERS_AT_ONCE = 4000
 _CROWDED = 1000  # of these that are left
-# Of any link, what acknowledgements of commands and texts may take: 13 a second, 27 at once.
-_NOTES = 300
-_NOTES_AT_ONCE = 600
+# Of any link, what acknowledgements of commands may take, 27 a second and 54 at once, and what texts may, 4 and 10:
+# apart, so that whoever has texts said cannot keep another's acknowledgement waiting.
+_ACKNOWLEDGEMENTS = 600
+_ACKNOWLEDGEMENTS_AT_ONCE = 1200
+_TEXTS = 240
+_TEXTS_AT_ONCE = 600
 
 
 class LinkBudget:
     """Counts the bytes sent against those that the link carries; integers only.
 
     `most` [bytes/s] is what the line carries, 0 where that is not known. Steering and heartbeats are sent anyway and
-    counted; before acknowledgements and texts `has_note_room` is asked, before answers `has_answer_room`, before
-    telemetry `has_room`. Answers take half of what a line carries, at most.
+    counted; before acknowledgements, texts, answers and telemetry, in this order, the question for each is asked.
+    Answers take half of what a line carries, at most.
 
     No more is let in than the line carries from one tick to the next, or steering would wait behind what is left.
     """
@@ -36,7 +39,8 @@ class LinkBudget:
         self.rate = most  # bytes a second at present, 0 for no limit
         self._left = 0
         self._answers_left = _ANSWERS_AT_ONCE
-        self._notes_left = _NOTES_AT_ONCE
+        self._acknowledgements_left = _ACKNOWLEDGEMENTS_AT_ONCE
+        self._texts_left = _TEXTS_AT_ONCE
         self._spare_us = 0  # without room
         self._answers_spare_us = 0
         self._sent = 0
@@ -55,7 +59,9 @@ class LinkBudget:
             if self._heard_us >= _FORGET_US:
                 self.rate = self._most
         elapsed_us = min(elapsed_us, _SECOND)
-        self._notes_left = min(self._notes_left + _bytes_in(_NOTES, elapsed_us), _NOTES_AT_ONCE)
+        earned = _bytes_in(_ACKNOWLEDGEMENTS, elapsed_us)
+        self._acknowledgements_left = min(self._acknowledgements_left + earned, _ACKNOWLEDGEMENTS_AT_ONCE)
+        self._texts_left = min(self._texts_left + _bytes_in(_TEXTS, elapsed_us), _TEXTS_AT_ONCE)
         rate = self.rate
         if not rate:
             self._answers_left = min(self._answers_left + _bytes_in(_ANSWERS, elapsed_us), _ANSWERS_AT_ONCE)
@@ -79,9 +85,13 @@ class LinkBudget:
         """`size` bytes of those that are sent are an answer."""
         self._answers_left = max(self._answers_left - size, -_ANSWERS_AT_ONCE)
 
-    def spend_on_note(self, size):
-        """`size` bytes of those that are sent are an acknowledgement or a text."""
-        self._notes_left = max(self._notes_left - size, -_NOTES_AT_ONCE)
+    def spend_on_acknowledgement(self, size):
+        """`size` bytes of those that are sent acknowledge a command."""
+        self._acknowledgements_left -= size
+
+    def spend_on_text(self, size):
+        """`size` bytes of those that are sent are a text."""
+        self._texts_left -= size
 
     def has_room(self):
         """True if telemetry may be sent; the asker sends then."""
@@ -103,15 +113,20 @@ class LinkBudget:
             return True
         return self._has_spare()
 
-    def has_note_room(self):
-        """True if an acknowledgement or a text may be sent; the asker sends then."""
-        if self._notes_left <= 0:
-            return False
-        return not self.rate or self._left > self.rate >> 7 or self._has_spare()
+    def has_acknowledgement_room(self):
+        """True if an acknowledgement may be sent; the asker sends then."""
+        return self._acknowledgements_left > 0 and self._has_line_room()
+
+    def has_text_room(self):
+        """True if a text may be sent; the asker sends then."""
+        return self._texts_left > 0 and self._has_line_room()
 
     def longest(self):
         """Bytes that a frame which may be cut should have at most, so that steering waits no longer than 16 ms."""
         return self.rate >> 6 if self.rate else _MOST
+
+    def _has_line_room(self):
+        return not self.rate or self._left > self.rate >> 7 or self._has_spare()
 
     def _has_spare(self):
         """True once in a while on a line that has no room, for answers and acknowledgements."""

@@ -79,8 +79,8 @@ class Telemetry:
         if beats or changed:
             self._send_heartbeat()
         budget = self._link.budget
-        if self._texts and budget.has_note_room():
-            budget.spend_on_note(self._link.send(STATUSTEXT, self._texts.pop(0)))
+        if self._texts and budget.has_text_room():
+            budget.spend_on_text(self._link.send(STATUSTEXT, self._texts.pop(0)))
         if changed:
             self._mode = self._autopilot.modes.mode
             if self._asked[1] >= 0:

@@ -42,7 +42,8 @@ class Flight(NamedTuple):
 def flight_of(log: FlightLog, vehicle: Address, from_s: float, to_s: float) -> Flight:
     """What `log` tells of `vehicle` from `from_s` to `to_s`; the table may be empty."""
     table = flight_table(log, vehicle)
-    within = (table["time_s"] >= from_s) & (table["time_s"] <= to_s)
+    first_s = from_s if from_s > 0.0 else -np.inf  # what came late at the log's start was sent before it
+    within = (table["time_s"] >= first_s) & (table["time_s"] <= to_s)
     began = datetime.fromtimestamp(log.start_us * 1e-6, UTC)
     title = f"{log.path.name}: kite {vehicle.system}, {began:%d %B %Y %H:%M} UTC"
     return Flight({name: values[within] for name, values in table.items()}, delays(log, vehicle),

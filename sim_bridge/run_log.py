@@ -122,7 +122,7 @@ class RunLog:
         if self._records_input:
             files.add(f"{COMPLETE_BEFORE}{self._next_tick}\n".encode(), b"", b"", b"")
         self._guarded(files.commit)
-        if self.ended:
+        if self.ended or not files.sizes:  # closed already, if Ctrl-C came on the way out
             return
         self.recorded_s = max(0.0, self._last_s)
         if sum(files.sizes[index] for index in _LIMITED) > 0.5 * self._limit_bytes:

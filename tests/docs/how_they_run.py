@@ -17,8 +17,13 @@ MENTIONS = ("make flash", *(f"kite-sitl {verb}" for verb in (
     f"kite-ground {verb}" for verb in ("param", "param load", "param set", "record", "plot", "log export", "replay")))
 NOT_RUN = {
     "make test": "runs this very test",
+    "make soak": "most of two hours",
+    "make mutants": "most of an hour",
     "make lint type test": "runs this very test",
     "kite-sitl hil --link serial:/dev/ttyUSB0:115200 small-kite --status": "needs a board (test_hil.py has one)",
+    "kite-sitl identify ours.csv --columns ours.toml": "the reader's own flight; test_flight_record.py reads such ones",
+    "kite-sitl replay ours.csv --columns ours.toml": "the reader's own flight; test_replay.py has another team's",
+    "kite-ground replay DIR/ground.tlog": "no ground station was there in this flight",
     "kite-ground --link serial:/dev/ttyUSB0:57600 --link udpin:0.0.0.0:14550 monitor": "needs a radio",
 }
 # Only under `make soak`: they need minutes, or a kite in real time for longer than CI has.

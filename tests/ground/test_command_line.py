@@ -87,7 +87,7 @@ def called():
             ours = stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
             ours.bind(("127.0.0.1", 0))
             command = [sys.executable, "-c", "import signal, sys; from ground.cli import main; "
-                       "signal.signal(signal.SIGINT, signal.default_int_handler); "  # a shell's background job ignores it
+                       "signal.signal(signal.SIGINT, signal.default_int_handler); "  # ignored in a background job
                        "sys.exit(main())",
                        "--link", f"udpout:127.0.0.1:{ours.getsockname()[1]}", *arguments]
             process = stack.enter_context(subprocess.Popen(command, stderr=subprocess.PIPE, text=True))
