@@ -10,10 +10,13 @@ import time
 sys.path.insert(0, sys.argv[1])
 gc.collect()
 before = gc.mem_alloc()
+gc.threshold(4096)  # as firmware_py/main.py does: what compiling leaves must not shred the heap
 
 from firmware_py.autopilot import Autopilot  # noqa: E402
 from firmware_py.loop import step_lockstep  # noqa: E402
 from firmware_py.mavlink_link import MavlinkLink  # noqa: E402
+
+gc.threshold(-1)
 
 
 class Recorded:

@@ -17,7 +17,6 @@ MENTIONS = ("make flash", *(f"kite-sitl {verb}" for verb in (
     f"kite-ground {verb}" for verb in ("param", "param load", "param set", "record", "plot", "log export", "replay")))
 NOT_RUN = {
     "make test": "runs this very test",
-    "make soak": "most of two hours",
     "make mutants": "most of an hour",
     "make lint type test": "runs this very test",
     "kite-sitl hil --link serial:/dev/ttyUSB0:115200 small-kite --status": "needs a board (test_hil.py has one)",
