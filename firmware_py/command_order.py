@@ -34,6 +34,8 @@ class CommandOrder:
         return same or not is_safe
 
     def note(self, sender, sequence, what, uptime_us):
-        """A command was obeyed, or is overtaken for good."""
+        """A command was obeyed, or is overtaken for good; one without a number says nothing of the order."""
+        if sequence is None:
+            return
         self._done = self._done[1 - _REMEMBERED :]
-        self._done.append((sender, sequence or 0, what, uptime_us))
+        self._done.append((sender, sequence, what, uptime_us))

@@ -2,7 +2,7 @@
 
 from .generated_messages import KITE_VALID_DISTANCE, PARAM_SET
 from .generated_parameters import LINE_LENGTH, TURN_K
-from .inbox import sender_of
+from .inbox import first_of_another, sender_of
 from .parameters import UNKNOWN
 from .target_curve import CURVE_PARAMETERS, CurveCheck
 
@@ -93,12 +93,7 @@ class CurveRequests:
         sets = self._sets
         if not sets:
             return None
-        chosen = 0
-        for index in range(len(sets)):
-            if sender_of(sets[index]) != self._last:
-                chosen = index
-                break
-        request = sets.pop(chosen)
+        request = sets.pop(first_of_another(sets, self._last))
         self._last = sender_of(request)
         return request
 

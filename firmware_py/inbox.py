@@ -60,12 +60,7 @@ class Queue:
 
     def take_fairly(self):
         """The oldest request of another sender than the last one's, if there is any."""
-        for index in range(len(self.requests)):
-            if sender_of(self.requests[index]) != self._last:
-                break
-        else:
-            index = 0
-        request = self.take(index)
+        request = self.take(first_of_another(self.requests, self._last))
         self._last = sender_of(request)
         return request
 
@@ -151,6 +146,14 @@ def sender_of(request):
     """System and component of whoever sent a request, as one number."""
     _, _, system, component, _ = request
     return system << 8 | component
+
+
+def first_of_another(requests, last):
+    """Index of the oldest of `requests` that is not of the sender `last`; 0 where all are."""
+    for index in range(len(requests)):
+        if sender_of(requests[index]) != last:
+            return index
+    return 0
 
 
 def is_safe(values):
