@@ -2,7 +2,7 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-FIRMWARE := $(wildcard firmware_py/*.py)
+FIRMWARE := $(shell find firmware_py -name '*.py')
 .DEFAULT_GOAL := help
 
 help: ## list these targets

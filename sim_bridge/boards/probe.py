@@ -28,9 +28,15 @@ def one(name):
         pass
 one("main.py")
 one("board.py")
+def all_in(folder):
+    for entry in os.ilistdir(folder):
+        name = folder + "/" + entry[0]
+        if entry[1] == 0x4000:
+            all_in(name)
+        else:
+            one(name)
 try:
-    for n in os.listdir("firmware_py"):
-        one("firmware_py/" + n)
+    all_in("firmware_py")
 except OSError:
     pass
 """

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-FIRMWARE = sorted((Path(__file__).parent.parent.parent / "firmware_py").glob("*.py"))
+FIRMWARE = sorted((Path(__file__).parent.parent.parent / "firmware_py").rglob("*.py"))
 SIGNED = ("to_bytes", "from_bytes")  # `signed` came with 1.29
 
 

@@ -15,8 +15,8 @@ from sim_bridge.cli import main
 from sim_bridge.runtimes.process import micropython_command
 
 ROOT = Path(__file__).parent.parent.parent
-FIRMWARE = sorted(path.stem for path in (ROOT / "firmware_py").glob("*.py"))
-SERVED = ["general.json", "parameters.json"]
+FIRMWARE = sorted(str(path.with_suffix("").relative_to(ROOT)) for path in (ROOT / "firmware_py").rglob("*.py"))
+SERVED = [str(path.relative_to(ROOT)) for path in (ROOT / "firmware_py").rglob("*.json")]
 needs_micropython = pytest.mark.skipif(not micropython_command(), reason="needs MicroPython's unix port")
 
 
@@ -32,7 +32,7 @@ def boot(folder: Path, *script: str) -> list[str]:
 def test_an_image_holds_the_whole_firmware_one_line_and_settings(tmp_path, architecture, ending):
     files = lay_out(tmp_path / "new" / "board", {}, architecture)
     names = sorted([*(f"{name}.{ending}" for name in FIRMWARE), *SERVED])
-    assert files == ["main.py", "board.py", *(f"firmware_py/{name}" for name in names)]
+    assert len(SERVED) == 2 and files == ["main.py", "board.py", *names]
     there = {str(path.relative_to(tmp_path / "new" / "board")) for path in tmp_path.rglob("*") if path.is_file()}
     assert there == set(files)
     assert (tmp_path / "new" / "board" / "main.py").read_text() == "import firmware_py.start\n"
@@ -43,7 +43,7 @@ def test_a_second_time_board_py_is_kept_and_old_files_are_gone(tmp_path):
     (tmp_path / "board.py").write_text("LINK = 'mine'\n")
     lay_out(tmp_path, {}, "armv6m")
     assert (tmp_path / "board.py").read_text() == "LINK = 'mine'\n"
-    assert not list((tmp_path / "firmware_py").glob("*.py"))  # MicroPython would prefer them to the new .mpy
+    assert not list((tmp_path / "firmware_py").rglob("*.py"))  # MicroPython would prefer them to the new .mpy
 
 
 def test_the_template_holds_good_settings_and_takes_others():
@@ -149,6 +149,6 @@ def test_package_json_lists_exactly_the_firmware():
     text = (ROOT / "package.json").read_text("utf-8")
     assert text == package_listing.render()
     urls = json.loads(text)["urls"]
-    names = [*(f"firmware_py/{name}.py" for name in FIRMWARE), *(f"firmware_py/{name}" for name in SERVED)]
+    names = [*(f"{name}.py" for name in FIRMWARE), *SERVED]
     assert urls == [[name, name] for name in names]
     assert all((ROOT / source).is_file() for _, source in urls)
