@@ -1,8 +1,14 @@
 """One tick of the control loop: sample -> estimate -> outer loop -> inner loop -> actuator -> link."""
 
-from .estimator import Estimator
-from .gain_schedule import GainSchedule
-from .generated_messages import (
+from .clock import ticks_since
+from .control.estimator import Estimator
+from .control.figure_eight import FigureEight
+from .control.gain_schedule import GainSchedule
+from .control.guidance import Guidance
+from .control.sphere import wrap
+from .control.steering import Steering
+from .control.turn_k_estimate import TurnKEstimate
+from .mavlink.generated_messages import (
     HIL_ACTUATOR_CONTROLS,
     HIL_ACTUATOR_CONTROLS_FLAGS_LOCKSTEP,
     KITE_MODE_MANUAL,
@@ -10,21 +16,15 @@ from .generated_messages import (
     KITE_MODE_STANDBY,
     KITE_MODE_TRACK,
 )
-from .generated_parameters import LOOP_HZ, SYSTEM_ID
-from .guidance import Guidance
-from .inbox import Inbox
-from .keeper import Keeper
-from .mode_machine import ModeMachine
-from .parameters import Parameters
-from .prediction import Prediction
-from .requests import Requests
-from .sphere import wrap
-from .steering import Steering
-from .steering_history import ROOM, SteeringHistory
-from .target_curve import FigureEight
-from .telemetry import Telemetry
-from .ticks import ticks_since
-from .turn_k_estimate import TurnKEstimate
+from .modes.mode_machine import ModeMachine
+from .parameters.generated_parameters import LOOP_HZ, SYSTEM_ID
+from .parameters.persistence import Keeper
+from .parameters.values import Parameters
+from .prediction.prediction import Prediction
+from .prediction.steering_history import ROOM, SteeringHistory
+from .services.dispatcher import Requests
+from .services.inbox import Inbox
+from .services.telemetry import Telemetry
 
 _NO_CONTROLS = (0.0,) * 15
 _STEERED = (KITE_MODE_PARK, KITE_MODE_TRACK)  # by the control laws
@@ -35,7 +35,7 @@ class Autopilot:
 
     The link has `send(message, values)`, `receive(inbox)`, `flush()`, `set_system(id)`, `counters()` and `budget`.
     Another outer loop may be put in the place of `guidance`: it needs what Guidance has, bar its settings.
-    `storage`, `retained` and `reset_cause` are the board's (board_interface.py); without them nothing is kept or told.
+    `storage`, `retained` and `reset_cause` are the board's (boards/interface.py); without them nothing is kept or told.
     """
 
     def __init__(self, link, lockstep=False, storage=None, retained=None, reset_cause=None):

@@ -1,9 +1,9 @@
 """Runs the autopilot: in lockstep with a bridge, or in real time on a board's own clock."""
 
-from .collector import Collector
-from .generated_messages import KITE_SENSORS, KITE_TICK_END
-from .generated_parameters import COLLECT_TICKS
-from .ticks import ticks_add, ticks_diff
+from .boards.collector import Collector
+from .clock import ticks_add, ticks_diff
+from .mavlink.generated_messages import KITE_SENSORS, KITE_TICK_END
+from .parameters.generated_parameters import COLLECT_TICKS
 
 _BOARD = 1  # system and component that a board's own sensors come from
 

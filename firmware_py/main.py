@@ -12,11 +12,11 @@ if _IS_MICROPYTHON:  # what compiling leaves behind is collected as it goes, or 
     getattr(gc, "threshold")(4096)  # noqa: B009  unknown to CPython's type stubs
 
 from .autopilot import Autopilot  # noqa: E402
-from .board_unix import UnixBoard  # noqa: E402
-from .file_transport import FileTransport  # noqa: E402
+from .boards.unix_board import UnixBoard  # noqa: E402
 from .loop import run_lockstep, run_real_time  # noqa: E402
-from .mavlink_link import MavlinkLink  # noqa: E402
-from .udp_transport import UdpTransport  # noqa: E402
+from .mavlink.link import MavlinkLink  # noqa: E402
+from .transports.file import FileTransport  # noqa: E402
+from .transports.udp import UdpTransport  # noqa: E402
 
 _SILENCE_MS = 30000
 

@@ -3,9 +3,9 @@
 import sys
 import time
 
-from .board_machine import make_encoder
-from .board_settings import LINE_ANGLES, check_settings
-from .line_angles import Axis
+from .boards.machine_board import make_encoder
+from .boards.settings import LINE_ANGLES, check_settings
+from .drivers.line_angles import Axis
 from .startup import read_board_file, tell
 
 

@@ -5,12 +5,12 @@ import sys
 import time
 
 from .autopilot import Autopilot
-from .board_interface import WATCHDOG
-from .board_settings import check_settings
-from .generated_parameters import SYSTEM_ID
+from .boards.interface import WATCHDOG
+from .boards.light import SETTINGS, STOPPED
+from .boards.settings import check_settings
 from .loop import run_real_time
-from .mavlink_link import MavlinkLink
-from .status_light import SETTINGS, STOPPED
+from .mavlink.link import MavlinkLink
+from .parameters.generated_parameters import SYSTEM_ID
 
 _WAY_OUT_MS = 2000
 _LOOK_MS = 50
@@ -55,9 +55,9 @@ def read_board_file():
 
 def _board_module(platform):
     if platform == "rp2":
-        from . import board_rp2 as module  # noqa: PLC0415
+        from .boards import rp2_board as module  # noqa: PLC0415
     elif platform == "esp32":
-        from . import board_esp32 as module  # noqa: PLC0415
+        from .boards import esp32_board as module  # noqa: PLC0415
     else:
         module = None
     return module

@@ -14,16 +14,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from types import TracebackType
 
-from ground.background import Background
 from ground.errors import NoAnswerError, UsageError
-from ground.flown_law import FlownAdvice, advise_on, read_law
-from ground.links import Links, open_links
-from ground.parameter_access import Parameters
-from ground.round_trip import DelaySummary
+from ground.link.background import Background
+from ground.link.links import Links, open_links
+from ground.link.round_trip import DelaySummary
+from ground.parameters.access import Parameters
 from ground.session import Session
-from ground.state_history import StateHistory
-from ground.trial import Trial
-from ground.tuning import (
+from ground.tuning.flown_law import FlownAdvice, advise_on, read_law
+from ground.tuning.gain_advice import (
     GAIN_NAME,
     OUTER_NAME,
     RATE_NAME,
@@ -32,8 +30,10 @@ from ground.tuning import (
     speed_over_length,
     with_outer_loop,
 )
-from ground.tuning_flight import DELAY_MEASURE_S, DelayReport, StepResult, TuningFlight
-from ground.vehicle_state import MODE_NAMES, VehicleState
+from ground.tuning.in_flight import DELAY_MEASURE_S, DelayReport, StepResult, TuningFlight
+from ground.tuning.trial import Trial
+from ground.vehicle.history import StateHistory
+from ground.vehicle.state import MODE_NAMES, VehicleState
 from protocol import dialect
 
 KiteState = dialect.MAVLink_kite_state_message

@@ -4,13 +4,13 @@ from collections import deque
 from collections.abc import Callable
 from types import TracebackType
 
-from ground.commands import Commander
-from ground.connection import Connection
-from ground.contract_check import ContractCheck
 from ground.errors import UsageError
-from ground.links import Links
-from ground.parameter_client import ParameterClient
-from ground.vehicle_state import VehicleState
+from ground.link.connection import Connection
+from ground.link.contract_check import ContractCheck
+from ground.link.links import Links
+from ground.parameters.client import ParameterClient
+from ground.vehicle.commands import Commander
+from ground.vehicle.state import VehicleState
 
 _ADVICE = {
     "udpin": "is the vehicle running, and does it send to this address and port?",

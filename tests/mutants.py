@@ -22,8 +22,9 @@ def survivors_on_page(text: str) -> dict[str, int]:
 
 
 def function_of(mutant: str) -> str:
-    """`inbox.Queue.put` of `firmware_py.inbox.xǁQueueǁput__mutmut_3`, `inbox.is_safe` of `....x_is_safe__mutmut_1`."""
-    module, _, rest = mutant.removeprefix("firmware_py.").partition(".x")
+    """`inbox.Queue.put` of `firmware_py.services.inbox.xǁQueueǁput__mutmut_3`, as docs/mutants.md has it."""
+    path, _, rest = mutant.partition(".x")
+    module = path.rpartition(".")[2]
     return f"{module}.{rest.rpartition('__mutmut_')[0][1:].replace('ǁ', '.')}"
 
 
@@ -31,7 +32,7 @@ def results(folder: Path) -> tuple[Counter[str], Counter[str]]:
     """(mutants that ran, survivors) by function."""
     ran: Counter[str] = Counter()
     survived: Counter[str] = Counter()
-    for file in sorted(folder.glob("*.meta")):
+    for file in sorted(folder.rglob("*.meta")):
         for mutant, code in json.loads(file.read_text())["exit_code_by_key"].items():
             if code is None:
                 continue

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from analysis.delay import optimal_gain
-from analysis.tlog import read_tlog
-from ground.cli import main as kite_ground
+from ground.cli.main import main as kite_ground
+from kite_analysis.delay.inner_loop import optimal_gain
+from kite_analysis.flights.tlog import read_tlog
 from protocol import dialect
 from protocol.parameter_table import float32
 
@@ -38,7 +38,7 @@ def test_tune_turns_a_diverging_flight_into_a_tracking_one(tmp_path, capsys):
     port = free_port()
     folder = tmp_path / "log"
     command = [
-        sys.executable, "-m", "sim_bridge.cli", "run", "paper-delay", "--runtime", "cpython", "--speed", "6",
+        sys.executable, "-m", "sim_bridge.cli.main", "run", "paper-delay", "--runtime", "cpython", "--speed", "6",
         "--ground", "--set", f"ground.send_to=127.0.0.1:{port}", "--set", "ground.listen=127.0.0.1:0",
         "--duration", "70", "--status", "--log", str(folder)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as sitl:

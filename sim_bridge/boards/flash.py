@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
-from analysis.extras import ExtraMissingError
+from kite_analysis.console.optional_packages import ExtraMissingError
 from sim_bridge.boards.image import ARCHITECTURES, PACKAGE, BoardError, board_settings, check_board_settings, lay_out
 from sim_bridge.boards.probe import SCRIPT, OnBoard, Probe, read_probe
 

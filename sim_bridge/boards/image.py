@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 import firmware_py
-from analysis.closest import closest
-from analysis.extras import ExtraMissingError
-from firmware_py.board_settings import check_settings
+from firmware_py.boards.settings import check_settings
+from kite_analysis.console.closest import closest
+from kite_analysis.console.optional_packages import ExtraMissingError
 
 MAIN = "import firmware_py.start\n"
 ARCHITECTURES = {"rp2": "armv6m", "esp32": "xtensawin"}  # of native code; armv6m runs on every Pico

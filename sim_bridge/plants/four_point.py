@@ -16,7 +16,7 @@ from sim_bridge.plants.particles import Points
 from sim_bridge.plants.polars import coefficient
 from sim_bridge.plants.tether import GRAVITY
 from sim_bridge.plants.tethered_kite import TetheredKite, check_start_height, start_air, tangent_part
-from sim_bridge.scenario import Scenario, ScenarioError
+from sim_bridge.scenario.scenario import Scenario, ScenarioError
 from sim_bridge.wind.air import Air
 
 _GIVEN_STEP_S = 0.02  # a step of the plant; it is integrated in as many as it takes

@@ -3,7 +3,7 @@
 Defaults are the kite of the reference: settings and test values of the MIT-licensed KiteModels and KiteUtils (KPS4).
 """
 
-from sim_bridge.key import Key, number
+from sim_bridge.settings import Key, number
 
 FOUR_POINT_KEYS: dict[str, Key] = {
     "four_point.height_m": number(2.23, "from the middle of the tips up to the top [m]", 0.05, 50.0),

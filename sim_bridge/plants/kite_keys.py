@@ -4,7 +4,7 @@ Sources: U. Fechner et al., "Dynamic model of a pumping kite power system" (2015
 KiteUtils.
 """
 
-from sim_bridge.key import Key, number
+from sim_bridge.settings import Key, number
 
 _LIFT = (
     (-180.0, 0.0), (-160.0, 0.5), (-90.0, 0.0), (-20.0, 0.08), (-10.0, 0.125), (-5.0, 0.15), (0.0, 0.2), (20.0, 1.0),

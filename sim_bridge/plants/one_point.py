@@ -17,7 +17,7 @@ from sim_bridge.plants.particles import Points, first_stage, second_stage
 from sim_bridge.plants.polars import Polars, coefficient, depower_angle
 from sim_bridge.plants.tether import GRAVITY, add_tether_loads, lower_density
 from sim_bridge.plants.tethered_kite import TetheredKite, check_start_height, start_air, tangent_part
-from sim_bridge.scenario import Scenario, ScenarioError
+from sim_bridge.scenario.scenario import Scenario, ScenarioError
 from sim_bridge.wind.air import Air
 
 _DAMPING_STEPS = 1.0  # the air damps nothing by more than exp(-1) a step: 2 is the limit of stability

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_bridge.compiled import compiled
-from sim_bridge.scenario import ScenarioError
+from sim_bridge.scenario.scenario import ScenarioError
 
 Table = NDArray[np.float64]
 

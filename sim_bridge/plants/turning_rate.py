@@ -13,7 +13,7 @@ law takes the whole wind at the kite's height. With no wind the kite stands stil
 from math import atan2, cos, hypot, sin, sqrt
 
 from sim_bridge.plants.interface import Truth, Vector
-from sim_bridge.scenario import Scenario
+from sim_bridge.scenario.scenario import Scenario
 from sim_bridge.wind.air import Air
 from sim_bridge.wind.profile import LAWS, wind_at
 

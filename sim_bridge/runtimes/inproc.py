@@ -4,7 +4,9 @@ import struct
 from typing import Any
 
 from firmware_py.autopilot import Autopilot
-from firmware_py.generated_messages import (
+from firmware_py.mavlink.budget import LinkBudget
+from firmware_py.mavlink.encoder import LONGEST_FRAME, Encoder
+from firmware_py.mavlink.generated_messages import (
     HEARTBEAT,
     HIL_ACTUATOR_CONTROLS,
     KITE_SENSORS,
@@ -13,11 +15,9 @@ from firmware_py.generated_messages import (
     MAV_COMP_ID_USER1,
     MESSAGES,
 )
-from firmware_py.link_budget import LinkBudget
-from firmware_py.mavlink_encoder import LONGEST_FRAME, Encoder
+from sim_bridge.equipment.sensors import Sample
+from sim_bridge.links.wire import BRIDGE_COMPONENT, BRIDGE_SYSTEM
 from sim_bridge.runtimes.interface import LEAD_IN_S, Message, TickOutput, clock_us
-from sim_bridge.sensors import Sample
-from sim_bridge.wire import BRIDGE_COMPONENT, BRIDGE_SYSTEM
 
 _AROUND = 12  # bytes of a frame that are no payload
 _LAYOUTS = {message: struct.Struct(entry[0]) for message, entry in MESSAGES.items()}

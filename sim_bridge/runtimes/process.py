@@ -9,9 +9,9 @@ import tempfile
 import time
 from pathlib import Path
 
+from sim_bridge.links.wire import BridgeCodec
 from sim_bridge.runtimes.interface import FirmwareError
 from sim_bridge.runtimes.wired import SILENCE_S, WireRuntime
-from sim_bridge.wire import BridgeCodec
 
 HEAP = "heapsize=192k"
 _LOOK_S = 0.2  # how often it is looked whether the process still lives

@@ -4,11 +4,11 @@ import time
 from collections import deque
 
 from protocol import dialect
-from sim_bridge.hil_port import Port
+from sim_bridge.equipment.sensors import Sample
+from sim_bridge.links.port import Port
 from sim_bridge.runtimes.interface import FirmwareError, Message, TickOutput
 from sim_bridge.runtimes.process import ProcessRuntime
 from sim_bridge.runtimes.wired import WireRuntime
-from sim_bridge.sensors import Sample
 
 _SETTLE_S = 0.7
 

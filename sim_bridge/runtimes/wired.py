@@ -3,9 +3,9 @@
 import time
 
 from protocol import dialect
+from sim_bridge.equipment.sensors import Sample
+from sim_bridge.links.wire import BridgeCodec, in_datagrams, wire_values
 from sim_bridge.runtimes.interface import LEAD_IN_S, FirmwareError, Message, TickOutput, clock_us
-from sim_bridge.sensors import Sample
-from sim_bridge.wire import BridgeCodec, in_datagrams, wire_values
 
 SILENCE_S = 20.0  # a suspended process may come back
 _REPLIES = frozenset(("PARAM_VALUE", "PARAM_ERROR", "COMMAND_ACK", "STATUSTEXT"))

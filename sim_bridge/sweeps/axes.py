@@ -6,7 +6,7 @@ from itertools import product
 from random import Random
 from typing import NamedTuple
 
-from sim_bridge.scenario import Scenario, ScenarioError
+from sim_bridge.scenario.scenario import Scenario, ScenarioError
 
 _PARAMETER = "param."
 

@@ -7,11 +7,11 @@ from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from typing import Any
 
-from analysis.extras import ExtraMissingError
-from sim_bridge.fingerprint import code_fingerprint
-from sim_bridge.run import RunOptions, run_scenario
+from kite_analysis.console.optional_packages import ExtraMissingError
+from sim_bridge.runs.fingerprint import code_fingerprint
+from sim_bridge.runs.run import RunOptions, run_scenario
 from sim_bridge.runtimes.interface import FirmwareError
-from sim_bridge.scenario import Scenario, ScenarioError
+from sim_bridge.scenario.scenario import Scenario, ScenarioError
 from sim_bridge.sweeps.results import METRICS
 
 

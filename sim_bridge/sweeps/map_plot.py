@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from analysis.characteristic_equation import Loop
-from analysis.delay import loop_delay, stability_limit
-from analysis.metrics import LOST, NOT_MEASURED, TRACKING, UNSTABLE
-from analysis.plots import new_figure
-from analysis.target_eight import Array
-from analysis.whole_loop import gain_limit
-from sim_bridge.scenario import Scenario, ScenarioError
+from kite_analysis.delay.characteristic_equation import Loop
+from kite_analysis.delay.inner_loop import loop_delay, stability_limit
+from kite_analysis.delay.whole_loop import gain_limit
+from kite_analysis.figure_eight import Array
+from kite_analysis.metrics import LOST, NOT_MEASURED, TRACKING, UNSTABLE
+from kite_analysis.plots import new_figure
+from sim_bridge.scenario.scenario import Scenario, ScenarioError
 from sim_bridge.sweeps.axes import Axis, apply
 
 _GAIN = "param.INNER_P"

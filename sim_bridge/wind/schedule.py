@@ -2,7 +2,7 @@
 
 from math import cos, pi, radians
 
-from sim_bridge.scenario import Scenario
+from sim_bridge.scenario.scenario import Scenario
 
 
 class Schedule:

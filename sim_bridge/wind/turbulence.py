@@ -4,7 +4,7 @@ from math import exp, radians, sin, sqrt
 from random import Random
 from typing import Protocol
 
-from sim_bridge.scenario import Scenario
+from sim_bridge.scenario.scenario import Scenario
 from sim_bridge.wind.gust_process import LongitudinalGust, TransverseGust
 from sim_bridge.wind.gust_scales import GustScales, dryden_parts, gust_scales
 from sim_bridge.wind.profile import LAWS, profile_factor

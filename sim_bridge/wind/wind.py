@@ -1,6 +1,6 @@
 """The wind of a flight, tick by tick."""
 
-from sim_bridge.scenario import Scenario
+from sim_bridge.scenario.scenario import Scenario
 from sim_bridge.wind.air import Air
 from sim_bridge.wind.schedule import Schedule
 from sim_bridge.wind.turbulence import make_turbulence

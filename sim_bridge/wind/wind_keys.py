@@ -1,6 +1,6 @@
 """The scenario's section `wind`."""
 
-from sim_bridge.key import Key, number
+from sim_bridge.settings import Key, number
 from sim_bridge.wind.profile import LAWS
 
 GUSTS = ("first-order", "dryden", "von-karman")

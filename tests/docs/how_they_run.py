@@ -69,7 +69,7 @@ ENDLESS = {
 KEEPS_FLYING = {"kite-sitl run small-kite --speed 1 --ground --forever": "ground stations"}
 # What the reader has done, or has, beforehand: in shell.
 BEFORE = {
-    "kite-sitl run mine.toml": "cp sim_bridge/scenarios/small-kite.toml mine.toml",
+    "kite-sitl run mine.toml": "cp sim_bridge/scenario/sets/small-kite.toml mine.toml",
     "kite-ground replay flight.tlog": "cp long.tlog flight.tlog",  # as recorded, but for longer
     'kite-ground completion zsh > "${fpath[1]}/_kite-ground"': 'fpath=(. "$HOME")',
     "kite-ground completion fish > ~/.config/fish/completions/kite-ground.fish": "mkdir -p ~/.config/fish/completions",

@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 
-from analysis.target_eight import TargetEight
+from kite_analysis.figure_eight import TargetEight
 
 DISTANCE_M = 100.0  # that the samples measure
 HIGHEST_DEG = 85.0

@@ -13,7 +13,7 @@ from firmware_bench import MANUAL, PARK, STANDBY, TRACK
 
 from protocol import dialect
 from protocol.parameter_table import load_parameters
-from sim_bridge.sensors import Sample
+from sim_bridge.equipment.sensors import Sample
 
 TEXT_TICKS = 12  # texts go out one a tick
 HEARTBEAT_US = 3 * SECOND  # once a second; a clock that has jumped, which counts as a second, may cost two more

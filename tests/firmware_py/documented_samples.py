@@ -6,7 +6,7 @@ Times are in microseconds; `now` never wraps, the samples' stamps do.
 import math
 from typing import NamedTuple
 
-from sim_bridge.sensors import Sample
+from sim_bridge.equipment.sensors import Sample
 
 SECOND = 1_000_000
 WRAP = 1 << 30

@@ -5,10 +5,10 @@ import math
 import numpy as np
 from hypothesis import strategies as st
 
-from analysis.target_eight import TargetEight
-from firmware_py.generated_parameters import PARAMETERS
-from firmware_py.sphere import TangentFrame
-from firmware_py.target_curve import FigureEight
+from firmware_py.control.figure_eight import FigureEight
+from firmware_py.control.sphere import TangentFrame
+from firmware_py.parameters.generated_parameters import PARAMETERS
+from kite_analysis.figure_eight import TargetEight
 
 NAMES = [entry[0] for entry in PARAMETERS]
 

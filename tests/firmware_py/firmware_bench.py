@@ -4,13 +4,13 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from firmware_py.generated_parameters import PARAMETERS
+from firmware_py.parameters.generated_parameters import PARAMETERS
 from protocol import dialect
+from sim_bridge.equipment.sensors import Sample
 from sim_bridge.plants.turning_rate import TurningRatePlant
 from sim_bridge.runtimes.interface import clock_us
 from sim_bridge.runtimes.memory import MemoryRuntime
-from sim_bridge.scenario import Scenario
-from sim_bridge.sensors import Sample
+from sim_bridge.scenario.scenario import Scenario
 from sim_bridge.wind.air import Air
 
 NAMES = [entry[0] for entry in PARAMETERS]

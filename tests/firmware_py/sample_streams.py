@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 from documented_samples import WRAP
 
-from sim_bridge.sensors import Sample
+from sim_bridge.equipment.sensors import Sample
 
 Fault = Callable[[Sample, int, list[Sample]], Sample | None]
 FIELDS = ("time", "azimuth", "elevation", "distance", "course", "heading", "airspeed", "tether_force", "steering",

@@ -5,7 +5,7 @@ import errno
 from firmware_bench import Bench, Sky
 
 from firmware_py.autopilot import Autopilot
-from firmware_py.board_interface import POWER_ON
+from firmware_py.boards.interface import POWER_ON
 
 
 class PowerCutError(Exception):
@@ -13,7 +13,7 @@ class PowerCutError(Exception):
 
 
 class SimulatedStorage:
-    """Small files, as board_interface.py has them: a torn write holds its first bytes, a rename is done or not done.
+    """Small files, as boards/interface.py has them: a torn write holds its first bytes, a rename is done or not done.
 
     `log` holds (operation, file) of all that was asked. `full`: no write fits. `worn`: a bit of each write is wrong.
     """
@@ -40,14 +40,14 @@ class SimulatedStorage:
         return [entry for entry in self.log if entry[0] != "read"]
 
     def read(self, name: str) -> bytes | None:
-        """See board_interface.py."""
+        """See boards/interface.py."""
         self._begin("read", name)
         data = self.files.get(name)
         self._end()
         return data
 
     def write(self, name: str, data: bytes) -> None:
-        """See board_interface.py."""
+        """See boards/interface.py."""
         self._begin("write", name)
         if self.full:
             self.files[name] = bytes(data[: len(data) // 2])
@@ -59,13 +59,13 @@ class SimulatedStorage:
         self._end()
 
     def rename(self, old: str, new: str) -> None:
-        """See board_interface.py."""
+        """See boards/interface.py."""
         self._begin("rename", old)
         self.files[new] = self.files.pop(old)
         self._end()
 
     def remove(self, name: str) -> None:
-        """See board_interface.py."""
+        """See boards/interface.py."""
         self._begin("remove", name)
         del self.files[name]
         self._end()
@@ -90,11 +90,11 @@ class RetainedMemory:
         self.writes = 0
 
     def read(self) -> bytes:
-        """See board_interface.py."""
+        """See boards/interface.py."""
         return self.data
 
     def write(self, data: bytes | bytearray) -> None:
-        """See board_interface.py."""
+        """See boards/interface.py."""
         self.writes += 1
         self.data = bytes(data) + self.data[len(data) :]
 

@@ -6,9 +6,9 @@ from firmware_bench import ARM, DO_SET_MODE, PARK, STANDBY, TRACK, Bench, Flying
 from test_codec import theirs
 from test_foreign_requests import Station
 
-from firmware_py.generated_messages import MESSAGES, TARGETS
-from firmware_py.inbox import Inbox
-from firmware_py.mavlink_link import MavlinkLink
+from firmware_py.mavlink.generated_messages import MESSAGES, TARGETS
+from firmware_py.mavlink.link import MavlinkLink
+from firmware_py.services.inbox import Inbox
 from protocol import dialect
 
 OWN = 7

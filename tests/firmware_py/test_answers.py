@@ -24,7 +24,7 @@ from firmware_bench import (
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_py.generated_messages import KITE_TICK, MESSAGES
+from firmware_py.mavlink.generated_messages import KITE_TICK, MESSAGES
 from protocol import dialect
 from protocol.contract import CONTRACT_HASH
 

@@ -19,7 +19,7 @@ from firmware_bench import (
 )
 from test_foreign_requests import Station, ftp
 
-from firmware_py.link_budget import LinkBudget
+from firmware_py.mavlink.budget import LinkBudget
 from protocol import dialect
 
 LINE = 5760  # bytes/s of 57600 baud

@@ -5,8 +5,8 @@ import math
 import pytest
 from simulated_hardware import MAGNET, STRONG, WEAK, SimulatedEncoder, SimulatedI2C, encoder_bus
 
-from firmware_py.as5600 import As5600
-from firmware_py.line_angles import JUMP, NO_ANSWER, NO_MAGNET, OUT_OF_RANGE, Axis, LineAngles
+from firmware_py.drivers.as5600 import As5600
+from firmware_py.drivers.line_angles import JUMP, NO_ANSWER, NO_MAGNET, OUT_OF_RANGE, Axis, LineAngles
 
 STEP = 2 * math.pi / 4096
 WRAP_US = 1 << 30

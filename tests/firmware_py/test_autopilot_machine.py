@@ -30,11 +30,11 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition,
 from sample_streams import FAULTS, Stream
 from simulated_storage import whole_board
 
-from firmware_py.board_interface import WATCHDOG
+from firmware_py.boards.interface import WATCHDOG
 from protocol import dialect
 from protocol.parameter_table import float32, load_parameters
+from sim_bridge.equipment.sensors import Sample
 from sim_bridge.runtimes.interface import clock_us
-from sim_bridge.sensors import Sample
 
 TICKS = Counter[int]()  # by mode, over all histories of a run
 COMMANDS = {

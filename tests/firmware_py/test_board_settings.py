@@ -2,7 +2,7 @@
 
 import pytest
 
-from firmware_py.board_settings import check_settings
+from firmware_py.boards.settings import check_settings
 
 CABLE = {"LINK": "uart", "UART": 0, "UART_TX": 0, "UART_RX": 1, "SENSORS": "hil"}
 RADIO = {"LINK": "wifi", "WIFI_SSID": "kite", "WIFI_KEY": "12345678", "GROUND": "192.168.1.10:14550", "SENSORS": "hil"}

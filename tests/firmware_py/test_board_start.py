@@ -7,12 +7,12 @@ from types import ModuleType, SimpleNamespace
 import pytest
 from simulated_hardware import SimulatedClock, SimulatedMachine, encoder_bus
 
-import firmware_py
+import firmware_py.boards
 from firmware_py import startup
-from firmware_py.as5600 import STEPS
-from firmware_py.generated_messages import COMMAND_LONG, HEARTBEAT, KITE_SENSORS, KITE_STATE
-from firmware_py.mavlink_decoder import Decoder
-from firmware_py.mavlink_encoder import Encoder
+from firmware_py.drivers.as5600 import STEPS
+from firmware_py.mavlink.decoder import Decoder
+from firmware_py.mavlink.encoder import Encoder
+from firmware_py.mavlink.generated_messages import COMMAND_LONG, HEARTBEAT, KITE_SENSORS, KITE_STATE
 
 CABLE = {"LINK": "uart", "UART": 0, "UART_TX": 0, "UART_RX": 1, "SENSORS": "hil", "SERVO_PIN": 15, "SYSTEM_ID": 7,
          "MAINTENANCE_PIN": 22}
@@ -42,12 +42,12 @@ class Bench:
         monkeypatch.setattr(sys.implementation, "_machine", "Raspberry Pi Pico with RP2040", raising=False)
         for name in lacks:
             monkeypatch.setitem(sys.modules, name, None)  # importing it raises ImportError
-        sys.modules.pop(f"firmware_py.board_{platform}", None)
-        self.module = importlib.import_module(f"firmware_py.board_{platform}")
+        sys.modules.pop(f"firmware_py.boards.{platform}_board", None)
+        self.module = importlib.import_module(f"firmware_py.boards.{platform}_board")
         self.startup = importlib.import_module("firmware_py.startup")
         monkeypatch.setattr(self.module, "time", self.clock)
         monkeypatch.setattr(self.startup, "time", self.clock)
-        monkeypatch.setattr(self.module.board_machine, "STORAGE_FOLDER", str(tmp_path / "flash"))
+        monkeypatch.setattr(self.module.machine_board, "STORAGE_FOLDER", str(tmp_path / "flash"))
         self.platform = platform
         self._monkeypatch = monkeypatch
 
@@ -233,7 +233,7 @@ def test_each_board_loads_nothing_that_it_does_not_have(monkeypatch, tmp_path, c
     platform, lacks = LACKS[board]
     for name in [name for name in sys.modules if name.startswith("firmware_py")]:
         monkeypatch.delitem(sys.modules, name)
-    monkeypatch.delattr(firmware_py, f"board_{platform}", raising=False)
+    monkeypatch.delattr(firmware_py.boards, f"{platform}_board", raising=False)
     bench = Bench(monkeypatch, tmp_path, platform, lacks)
     if "network" not in lacks:
         radio = Radio()

@@ -9,9 +9,9 @@ from any_message import fields, payloads
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_py.generated_messages import MESSAGES, PARAM_SET, PING, STATUSTEXT
-from firmware_py.mavlink_decoder import Decoder
-from firmware_py.mavlink_encoder import LONGEST_FRAME, Encoder
+from firmware_py.mavlink.decoder import Decoder
+from firmware_py.mavlink.encoder import LONGEST_FRAME, Encoder
+from firmware_py.mavlink.generated_messages import MESSAGES, PARAM_SET, PING, STATUSTEXT
 from protocol import dialect
 
 LONGEST_ARRAY = 32  # more numbers than that are bytes to the firmware

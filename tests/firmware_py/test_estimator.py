@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from firmware_bench import AIRSPEED, COURSE, DISTANCE, EVERYTHING, HEADING, NAMES, POSITION, sample
 
-from analysis.target_eight import turning_angle
-from firmware_py.estimator import Estimator
-from firmware_py.generated_parameters import PARAMETERS
+from firmware_py.control.estimator import Estimator
+from firmware_py.parameters.generated_parameters import PARAMETERS
+from kite_analysis.figure_eight import turning_angle
 
 WRAP_US = 1 << 30
 PLAIN = ("azimuth", "elevation", "distance", "course", "heading", "airspeed", "tether_force", "steering", "speed",

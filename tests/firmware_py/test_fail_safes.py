@@ -22,13 +22,13 @@ from firmware_bench import (
 )
 from simulated_storage import SimulatedStorage
 
-from firmware_py.inbox import Inbox
-from firmware_py.keeper import Keeper
-from firmware_py.mode_machine import ModeMachine
-from firmware_py.parameters import Parameters
+from firmware_py.modes.mode_machine import ModeMachine
+from firmware_py.parameters.persistence import Keeper
+from firmware_py.parameters.values import Parameters
+from firmware_py.services.inbox import Inbox
 from protocol import dialect
+from sim_bridge.equipment.sensors import Sample
 from sim_bridge.runtimes.interface import clock_us
-from sim_bridge.sensors import Sample
 
 ACCEPTED, REJECTED = dialect.MAV_RESULT_ACCEPTED, dialect.MAV_RESULT_TEMPORARILY_REJECTED
 STALE_TICKS = 25  # STALE_TIME, 0.5 s

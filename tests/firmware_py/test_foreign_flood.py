@@ -18,9 +18,9 @@ from firmware_bench import (
 )
 from test_foreign_requests import Station, ftp
 
-from firmware_py.inbox import Inbox
-from firmware_py.link_budget import LinkBudget
-from firmware_py.mavlink_link import MavlinkLink
+from firmware_py.mavlink.budget import LinkBudget
+from firmware_py.mavlink.link import MavlinkLink
+from firmware_py.services.inbox import Inbox
 from protocol import dialect
 
 ACCEPTED, REJECTED = dialect.MAV_RESULT_ACCEPTED, dialect.MAV_RESULT_TEMPORARILY_REJECTED

@@ -4,8 +4,8 @@ import pytest
 from eights import parameters
 from firmware_bench import Bench, FlyingKite
 
-from firmware_py.estimator import Estimator
-from firmware_py.gain_schedule import GainSchedule
+from firmware_py.control.estimator import Estimator
+from firmware_py.control.gain_schedule import GainSchedule
 from protocol import dialect
 
 

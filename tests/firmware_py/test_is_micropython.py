@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from firmware_py.generated_messages import HIL_ACTUATOR_CONTROLS
-from firmware_py.mavlink_encoder import LONGEST_FRAME, Encoder
+from firmware_py.mavlink.encoder import LONGEST_FRAME, Encoder
+from firmware_py.mavlink.generated_messages import HIL_ACTUATOR_CONTROLS
 
 ROOT = Path(__file__).parents[2]
 FIRMWARE = sorted((ROOT / "firmware_py").rglob("*.py"))
@@ -17,7 +17,7 @@ EVERYWHERE = {"array", "asyncio", "binascii", "collections", "errno", "gc", "has
               "micropython", "os", "random", "select", "socket", "struct", "sys", "time"}
 ON_BOARDS = {"esp", "esp32", "machine", "network", "rp2", "uctypes"}
 OF_THE_USER = {"board"}  # the file with a board's settings, which lies beside the firmware
-EACH_FILE = pytest.mark.parametrize("file", FIRMWARE, ids=lambda file: file.stem)
+EACH_FILE = pytest.mark.parametrize("file", FIRMWARE, ids=lambda file: f"{file.parent.name}-{file.stem}")
 
 
 def beside_python(command: str) -> str | None:
@@ -57,7 +57,7 @@ def test_only_itself_and_micropythons_modules_are_imported(file):
     """What only boards have is imported by the boards' own modules, and by others not before it is needed."""
     tree = ast.parse(file.read_text("utf-8"))
     assert imported(ast.walk(tree)) <= EVERYWHERE | ON_BOARDS | OF_THE_USER
-    if not file.stem.startswith("board_"):
+    if file.parent.name != "boards":
         assert imported(tree.body) <= EVERYWHERE
     depth = len(file.relative_to(ROOT / "firmware_py").parts)
     for node in ast.walk(tree):
@@ -99,8 +99,8 @@ def test_frames_are_the_same_bytes_there_and_found_again():
     buffer = bytearray(LONGEST_FRAME)
     end = Encoder(7, 1).encode(buffer, 0, HIL_ACTUATOR_CONTROLS, values)
     program = f"""
-from firmware_py.mavlink_encoder import Encoder
-from firmware_py.mavlink_decoder import Decoder
+from firmware_py.mavlink.encoder import Encoder
+from firmware_py.mavlink.decoder import Decoder
 buffer = bytearray({LONGEST_FRAME})
 end = Encoder(7, 1).encode(buffer, 0, {HIL_ACTUATOR_CONTROLS}, {values!r})
 decoder = Decoder()

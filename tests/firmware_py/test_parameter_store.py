@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from simulated_storage import PowerCutError, SimulatedStorage, flipped
 
-from firmware_py.file_storage import FileStorage
-from firmware_py.keeper import describe
-from firmware_py.parameter_store import SLOTS, TEMPORARY, LoadReport, ParameterStore
-from firmware_py.parameters import Parameters
+from firmware_py.parameters.file_storage import FileStorage
+from firmware_py.parameters.persistence import describe
+from firmware_py.parameters.store import SLOTS, TEMPORARY, LoadReport, ParameterStore
+from firmware_py.parameters.values import Parameters
 from protocol.parameter_table import float32, load_parameters
 
 TABLE = load_parameters()

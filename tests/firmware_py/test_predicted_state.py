@@ -9,15 +9,15 @@ from firmware_bench import EVERYTHING, STEERING, sample
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from firmware_py.estimator import Estimator
-from firmware_py.generated_parameters import PARAMETERS
-from firmware_py.prediction import Prediction
-from firmware_py.steering import Steering
-from firmware_py.steering_history import SteeringHistory
-from firmware_py.ticks import MASK
-from sim_bridge.actuator import Actuator
+from firmware_py.clock import MASK
+from firmware_py.control.estimator import Estimator
+from firmware_py.control.steering import Steering
+from firmware_py.parameters.generated_parameters import PARAMETERS
+from firmware_py.prediction.prediction import Prediction
+from firmware_py.prediction.steering_history import SteeringHistory
+from sim_bridge.equipment.actuator import Actuator
 from sim_bridge.plants.turning_rate import TurningRatePlant
-from sim_bridge.scenario import Scenario
+from sim_bridge.scenario.scenario import Scenario
 from sim_bridge.wind.air import Air
 
 FINE = 20

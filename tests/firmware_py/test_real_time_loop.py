@@ -4,11 +4,11 @@ import pytest
 from firmware_bench import sample
 
 from firmware_py.autopilot import Autopilot
-from firmware_py.board_interface import NoLight, NoWatchdog
+from firmware_py.boards.interface import NoLight, NoWatchdog
 from firmware_py.loop import run_real_time
-from firmware_py.mavlink_link import MavlinkLink
+from firmware_py.mavlink.link import MavlinkLink
 from protocol import dialect
-from sim_bridge.wire import BridgeCodec
+from sim_bridge.links.wire import BridgeCodec
 
 SECOND = 1_000_000
 PERIOD_US = 20_000

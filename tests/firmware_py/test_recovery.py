@@ -8,12 +8,12 @@ from firmware_bench import NAMES, TICKS_PER_SECOND, Bench, FlyingKite, hovering,
 from simulated_storage import Board, RetainedMemory, SimulatedStorage, flipped, whole_board
 
 from firmware_py.autopilot import Autopilot
-from firmware_py.board_interface import POWER_ON, SOFT, WATCHDOG
-from firmware_py.board_unix import UnixBoard
-from firmware_py.generated_parameters import PARAMETERS
-from firmware_py.mavlink_link import MavlinkLink
-from firmware_py.parameters import Parameters
-from firmware_py.recovery import Recovery
+from firmware_py.boards.interface import POWER_ON, SOFT, WATCHDOG
+from firmware_py.boards.unix_board import UnixBoard
+from firmware_py.mavlink.link import MavlinkLink
+from firmware_py.parameters.generated_parameters import PARAMETERS
+from firmware_py.parameters.retained import Recovery
+from firmware_py.parameters.values import Parameters
 from protocol import dialect
 
 STANDBY, PARK, TRACK = dialect.KITE_MODE_STANDBY, dialect.KITE_MODE_PARK, dialect.KITE_MODE_TRACK
@@ -198,7 +198,7 @@ def test_memory_with_nothing_in_it(data):
 
 def test_memory_of_another_contract_is_not_read(monkeypatch):
     board = flown_board(FlyingKite())
-    monkeypatch.setattr("firmware_py.recovery._CONTRACT", b"0123456789abcdef")
+    monkeypatch.setattr("firmware_py.parameters.retained._CONTRACT", b"0123456789abcdef")
     assert_on_the_ground(board, WATCHDOG)
 
 

@@ -5,7 +5,7 @@ import math
 import pytest
 from simulated_hardware import CoarsePwm, SimulatedPwm
 
-from firmware_py.servo import Servo
+from firmware_py.drivers.servo import Servo
 
 SERVOS = {"plain": (1000, 1500, 2000), "turned round": (2100, 1400, 900), "lopsided": (1490, 1500, 2500)}
 NEXT_TO_ONE = (math.nextafter(1.0, 0.0), 1.0, math.nextafter(1.0, 2.0))

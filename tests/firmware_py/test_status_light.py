@@ -2,9 +2,9 @@
 
 import pytest
 
-from firmware_py import status_light
-from firmware_py.generated_messages import KITE_MODE_MANUAL, KITE_MODE_PARK, KITE_MODE_STANDBY, KITE_MODE_TRACK
-from firmware_py.status_light import StatusLight
+from firmware_py.boards import light
+from firmware_py.boards.light import StatusLight
+from firmware_py.mavlink.generated_messages import KITE_MODE_MANUAL, KITE_MODE_PARK, KITE_MODE_STANDBY, KITE_MODE_TRACK
 
 SLOT_US = 1 << 17
 ROUND_US = 16 * SLOT_US
@@ -41,15 +41,15 @@ def turned(pattern: int) -> set[int]:
 
 
 def test_no_two_patterns_look_alike_whenever_one_begins_to_look():
-    patterns = [getattr(status_light, name) for name in NAMES]
+    patterns = [getattr(light, name) for name in NAMES]
     for pattern in patterns:
         assert sum(pattern in turned(other) for other in patterns) == 1
 
 
 @pytest.mark.parametrize(("mode", "stale", "pattern"), [
-    (KITE_MODE_STANDBY, False, status_light.DISARMED), (KITE_MODE_MANUAL, False, status_light.MANUAL),
-    (KITE_MODE_PARK, False, status_light.PARK), (KITE_MODE_TRACK, False, status_light.TRACK),
-    (KITE_MODE_TRACK, True, status_light.STALE), (KITE_MODE_PARK, True, status_light.STALE)])
+    (KITE_MODE_STANDBY, False, light.DISARMED), (KITE_MODE_MANUAL, False, light.MANUAL),
+    (KITE_MODE_PARK, False, light.PARK), (KITE_MODE_TRACK, False, light.TRACK),
+    (KITE_MODE_TRACK, True, light.STALE), (KITE_MODE_PARK, True, light.STALE)])
 def test_each_state_shows_its_pattern(mode, stale, pattern):
     watched = Watched()
     assert watched.pattern(mode, stale) == pattern
@@ -58,24 +58,24 @@ def test_each_state_shows_its_pattern(mode, stale, pattern):
 
 
 def test_the_gaps_of_an_armed_kite_count_its_mode():
-    for mode, pattern in ((1, status_light.MANUAL), (2, status_light.PARK), (3, status_light.TRACK)):
+    for mode, pattern in ((1, light.MANUAL), (2, light.PARK), (3, light.TRACK)):
         dark = f"{~pattern & 0xFFFF:016b}"
         assert len([gap for gap in dark.split("0") if gap]) == mode
 
 
 def test_the_link_is_missed_after_three_seconds_and_seen_again_at_once():
     watched = Watched(linked=False)
-    assert watched.pattern(KITE_MODE_STANDBY, talking=False) == status_light.NO_LINK
+    assert watched.pattern(KITE_MODE_STANDBY, talking=False) == light.NO_LINK
     watched.received += 1
     watched.light.show(KITE_MODE_STANDBY, False, 10_000_000)
-    assert watched.pattern(KITE_MODE_STANDBY, start=10_000_000 // ROUND_US * ROUND_US) == status_light.DISARMED
+    assert watched.pattern(KITE_MODE_STANDBY, start=10_000_000 // ROUND_US * ROUND_US) == light.DISARMED
     last = 10_000_000 // ROUND_US * ROUND_US + ROUND_US
     for now in range(last, last + 4_000_000, 20_000):
         watched.light.show(KITE_MODE_STANDBY, False, now)
-    assert watched.pattern(KITE_MODE_STANDBY, start=5 * ROUND_US + last, talking=False) == status_light.NO_LINK
+    assert watched.pattern(KITE_MODE_STANDBY, start=5 * ROUND_US + last, talking=False) == light.NO_LINK
     for second in range(1200):  # the clock wraps meanwhile
         watched.light.show(KITE_MODE_STANDBY, False, second * 1_000_000 % (1 << 30))
-    assert watched.pattern(KITE_MODE_STANDBY, talking=False) == status_light.NO_LINK
+    assert watched.pattern(KITE_MODE_STANDBY, talking=False) == light.NO_LINK
 
 
 def test_the_clock_wraps_between_two_rounds():
@@ -84,4 +84,4 @@ def test_the_clock_wraps_between_two_rounds():
 
 def test_an_armed_kite_looks_armed_whoever_talks_to_it():
     watched = Watched(linked=False)
-    assert watched.pattern(KITE_MODE_TRACK, talking=False) == status_light.TRACK
+    assert watched.pattern(KITE_MODE_TRACK, talking=False) == light.TRACK

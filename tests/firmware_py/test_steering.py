@@ -8,14 +8,14 @@ from firmware_bench import NAMES
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from firmware_py.estimator import Estimator
-from firmware_py.generated_messages import (
+from firmware_py.control.estimator import Estimator
+from firmware_py.control.steering import Steering
+from firmware_py.mavlink.generated_messages import (
     KITE_STATUS_AIRSPEED_FLOOR,
     KITE_STATUS_SATURATED,
     KITE_STATUS_SLEWED,
 )
-from firmware_py.generated_parameters import PARAMETERS
-from firmware_py.steering import Steering
+from firmware_py.parameters.generated_parameters import PARAMETERS
 
 PERIOD_S = 0.02
 any_float32 = st.floats(width=32, allow_nan=False, allow_infinity=False)

@@ -5,9 +5,9 @@ from eights import parameters
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_py.steering_history import ONE, ROOM, SteeringHistory
-from sim_bridge.actuator import Actuator
-from sim_bridge.scenario import Scenario
+from firmware_py.prediction.steering_history import ONE, ROOM, SteeringHistory
+from sim_bridge.equipment.actuator import Actuator
+from sim_bridge.scenario.scenario import Scenario
 
 PERIOD_S = 0.02
 FINE = 200  # steps in a tick, for the reference's integrals

@@ -6,8 +6,8 @@ import pytest
 from firmware_bench import NAMES, Bench, hovering
 from simulated_storage import Board, RetainedMemory, SimulatedStorage, whole_board
 
-from firmware_py.board_interface import POWER_ON, WATCHDOG
-from firmware_py.generated_parameters import PARAMETERS
+from firmware_py.boards.interface import POWER_ON, WATCHDOG
+from firmware_py.parameters.generated_parameters import PARAMETERS
 from protocol import dialect
 
 STORAGE = dialect.MAV_CMD_PREFLIGHT_STORAGE

@@ -8,8 +8,8 @@ from eights import beside, eight, flyable, parameters
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.target_eight import great_circle_distance
-from firmware_py.target_curve import CurveCheck
+from firmware_py.control.figure_eight import CurveCheck
+from kite_analysis.figure_eight import great_circle_distance
 
 LINE_LENGTH = 100.0
 path_parameters = st.floats(-10.0, 10.0)

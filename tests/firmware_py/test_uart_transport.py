@@ -2,11 +2,11 @@
 
 from simulated_hardware import SimulatedClock, SimulatedUart
 
-from firmware_py.generated_messages import HEARTBEAT, PING
-from firmware_py.inbox import Inbox
-from firmware_py.mavlink_encoder import Encoder
-from firmware_py.mavlink_link import MavlinkLink
-from firmware_py.uart_transport import UartTransport
+from firmware_py.mavlink.encoder import Encoder
+from firmware_py.mavlink.generated_messages import HEARTBEAT, PING
+from firmware_py.mavlink.link import MavlinkLink
+from firmware_py.services.inbox import Inbox
+from firmware_py.transports.uart import UartTransport
 
 
 def made(start_us: int = 0):

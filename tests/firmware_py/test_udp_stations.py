@@ -8,10 +8,10 @@ import pytest
 from firmware_bench import sample
 from simulated_hardware import SimulatedClock
 
-from firmware_py.inbox import Inbox
-from firmware_py.mavlink_link import MavlinkLink
-from firmware_py.udp_transport import UdpStations, UdpTransport
-from sim_bridge.wire import BridgeCodec
+from firmware_py.mavlink.link import MavlinkLink
+from firmware_py.services.inbox import Inbox
+from firmware_py.transports.udp import UdpStations, UdpTransport
+from sim_bridge.links.wire import BridgeCodec
 
 SAMPLE, TICK = 50003, 50001
 SECOND = 1_000_000

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 from simulated_hardware import SimulatedClock
 
-from firmware_py.wifi_transport import WifiTransport
+from firmware_py.transports.wifi import WifiTransport
 
 
 class Network:

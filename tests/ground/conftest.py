@@ -4,17 +4,17 @@ from collections.abc import Callable
 
 import pytest
 
-from firmware_py.generated_parameters import PARAMETERS
-from ground.links import Links
+from firmware_py.parameters.generated_parameters import PARAMETERS
+from ground.link.links import Links
+from ground.link.transports import LinkError, OnePeer
 from ground.session import Session
-from ground.transport import LinkError, OnePeer
 from protocol import dialect
-from sim_bridge.flight import Flight
-from sim_bridge.ground_path import GroundLink
-from sim_bridge.link_emulation import LinkSettings
+from sim_bridge.flight.flight import Flight
+from sim_bridge.links.emulation import LinkSettings
+from sim_bridge.links.ground_path import GroundLink
 from sim_bridge.runtimes.interface import TickOutput, clock_us
 from sim_bridge.runtimes.memory import MemoryRuntime
-from sim_bridge.scenario import Scenario, load_scenario
+from sim_bridge.scenario.scenario import Scenario, load_scenario
 from tests.ground.operator_at_work import Operator
 
 _PERIOD_S = 0.02

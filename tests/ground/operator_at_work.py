@@ -4,11 +4,11 @@ import argparse
 
 import pytest
 
-from ground.cli import build_parser
-from ground.cli_options import DEFAULTS
+from ground.cli.main import build_parser
+from ground.cli.options import DEFAULTS
+from ground.cli.terminal import tell
 from ground.errors import GroundError
 from ground.session import Session
-from ground.terminal import tell
 
 
 class Operator:

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from ground.log_reader import FlightLog, read_flight_log
-from ground.recorder import Recorder
+from ground.logs.reader import FlightLog, read_flight_log
+from ground.logs.recorder import Recorder
 from ground.session import Session
 from protocol import dialect
 

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from ground.cli import main
+from ground.cli.main import main
 
 
 @pytest.fixture
@@ -86,7 +86,7 @@ def called():
         def start(*arguments: str):
             ours = stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
             ours.bind(("127.0.0.1", 0))
-            command = [sys.executable, "-c", "import signal, sys; from ground.cli import main; "
+            command = [sys.executable, "-c", "import signal, sys; from ground.cli.main import main; "
                        "signal.signal(signal.SIGINT, signal.default_int_handler); "  # ignored in a background job
                        "sys.exit(main())",
                        "--link", f"udpout:127.0.0.1:{ours.getsockname()[1]}", *arguments]

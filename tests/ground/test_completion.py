@@ -5,7 +5,7 @@ import subprocess
 
 import pytest
 
-from ground.cli import main
+from ground.cli.main import main
 
 
 @pytest.fixture

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ground.framing import FrameReader
-from ground.link_statistics import LinkStatistics
-from ground.round_trip import RoundTrip
+from ground.link.framing import FrameReader
+from ground.link.round_trip import RoundTrip
+from ground.link.statistics import LinkStatistics
 from protocol import dialect
 
 

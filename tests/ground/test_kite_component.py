@@ -9,16 +9,16 @@ from typing import Any
 
 import pytest
 
-from analysis.tlog import TlogWriter, read_tlog
-from analysis.tlog_record import read_tlog_record
-from ground.log_quantities import flight_table, link_quality
-from ground.log_reader import read_flight_log
-from ground.log_replay import Replay
-from ground.replay_numbering import renumbered
+from ground.logs.quantities import flight_table, link_quality
+from ground.logs.reader import read_flight_log
+from ground.replay.numbering import renumbered
+from ground.replay.player import Replay
+from kite_analysis.flights.tlog import TlogWriter, read_tlog
+from kite_analysis.flights.tlog_record import read_tlog_record
 from protocol import dialect
-from sim_bridge.flight import Flight, TickRecord
+from sim_bridge.flight.flight import Flight, TickRecord
 from sim_bridge.runtimes.memory import MemoryRuntime
-from sim_bridge.scenario import load_scenario
+from sim_bridge.scenario.scenario import load_scenario
 
 OLD, NEW = dialect.MAV_COMP_ID_AUTOPILOT1, dialect.MAV_COMP_ID_USER1
 STATE = dialect.MAVLINK_MSG_ID_KITE_STATE

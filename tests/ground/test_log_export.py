@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.tlog import TlogWriter
-from ground.cli import main
-from ground.log_quantities import unwrap_clock
-from ground.log_reader import FlightLog, read_flight_log
+from ground.cli.main import main
+from ground.logs.quantities import unwrap_clock
+from ground.logs.reader import FlightLog, read_flight_log
+from kite_analysis.flights.tlog import TlogWriter
 from protocol import dialect
-from sim_bridge.link_emulation import LinkSettings
+from sim_bridge.links.emulation import LinkSettings
 from tests.ground.recorded_flights import record
 
 WRAP_US = 1 << 30

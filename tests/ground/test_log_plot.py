@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.target_eight import TargetEight, great_circle_distance, unit_position
-from ground.cli import main
-from ground.log_plot import flight_of, plot_log
-from ground.log_reader import FlightLog, read_flight_log
-from ground.log_sky import View
+from ground.cli.main import main
+from ground.logs.plot import flight_of, plot_log
+from ground.logs.reader import FlightLog, read_flight_log
+from ground.logs.sky import View
+from kite_analysis.figure_eight import TargetEight, great_circle_distance, unit_position
 from tests.ground.recorded_flights import record
 
 pytest.importorskip("matplotlib")

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from ground.cli import main
+from ground.cli.main import main
 from ground.errors import GroundError, UsageError
-from ground.log_parameters import LoggedParameters
-from ground.log_quantities import delays
-from ground.log_reader import read_flight_log
+from ground.logs.parameters import LoggedParameters
+from ground.logs.quantities import delays
+from ground.logs.reader import read_flight_log
 from protocol.parameter_table import load_parameters
 
 

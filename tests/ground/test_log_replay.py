@@ -13,18 +13,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import common
 
-from analysis.tlog import TlogWriter
-from ground.cli import main
+from ground.cli.main import main
 from ground.errors import NoAnswerError, VehicleError
-from ground.link_statistics import LinkStatistics
-from ground.links import Links
-from ground.log_parameters import LoggedParameters
-from ground.log_reader import FlightLog, read_flight_log
-from ground.log_replay import Replay
-from ground.recorder import Recorder
-from ground.replay_numbering import renumbered
+from ground.link.links import Links
+from ground.link.statistics import LinkStatistics
+from ground.link.transports import OnePeer
+from ground.logs.parameters import LoggedParameters
+from ground.logs.reader import FlightLog, read_flight_log
+from ground.logs.recorder import Recorder
+from ground.replay.numbering import renumbered
+from ground.replay.player import Replay
 from ground.session import Session
-from ground.transport import OnePeer
+from kite_analysis.flights.tlog import TlogWriter
 from protocol import dialect
 from tests.ground.recorded_flights import let_pass, payloads, record
 
@@ -243,7 +243,7 @@ def test_keys_pause_it_and_end_it_in_a_terminal(flight):
     termios = pytest.importorskip("termios")
     ours, theirs = os.openpty()
     before = termios.tcgetattr(theirs)
-    command = [sys.executable, "-c", "import sys; from ground.cli import main; sys.exit(main())", "replay",
+    command = [sys.executable, "-c", "import sys; from ground.cli.main import main; sys.exit(main())", "replay",
                str(flight.path), "--to", "udpout:127.0.0.1:9", "--loop"]
     with subprocess.Popen(command, stdin=theirs, stderr=theirs, stdout=subprocess.PIPE) as process:
         shown = read_until(ours, b"speed 1")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ground.loop_delay import measure_loop_delay
+from ground.tuning.loop_delay import measure_loop_delay
 from protocol import dialect
 
 WRAP_S = (1 << 30) * 1e-6

@@ -9,10 +9,10 @@ import threading
 
 import pytest
 
-from ground.advice import Advisor
-from ground.monitor import monitor
-from ground.monitor_view import screen
-from sim_bridge.link_emulation import LinkSettings
+from ground.cli.monitor import monitor
+from ground.cli.monitor_view import screen
+from ground.vehicle.health import Advisor
+from sim_bridge.links.emulation import LinkSettings
 
 
 def fly(session, seconds: float) -> None:

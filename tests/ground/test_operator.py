@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pytest
 
-from analysis.delay import optimal_gain, stability_limit
-from analysis.tlog import read_tlog
-from ground import monitor_view
+from ground.cli import monitor_view
 from ground.errors import NoAnswerError, UsageError, VehicleError
-from ground.recorder import Recorder
+from ground.logs.recorder import Recorder
+from kite_analysis.delay.inner_loop import optimal_gain, stability_limit
+from kite_analysis.flights.tlog import read_tlog
 from protocol import dialect
 from protocol.parameter_table import float32, load_parameters
-from sim_bridge.link_emulation import LinkSettings
+from sim_bridge.links.emulation import LinkSettings
 
 
 def test_look_change_save_and_go_back(operator, tmp_path):

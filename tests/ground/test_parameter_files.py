@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ground.parameter_file import STYLES, ParameterFileError, format_value, read_parameter_file, write_parameter_file
+from ground.parameters.file import STYLES, ParameterFileError, format_value, read_parameter_file, write_parameter_file
 from protocol.parameter_table import float32, load_parameters
 
 numbers = st.floats(width=32, allow_nan=False, allow_infinity=False)

@@ -6,8 +6,8 @@ import statistics
 import pytest
 
 from ground.errors import NoAnswerError, UsageError, VehicleError
-from ground.parameter_changes import Change, ChangeState
-from ground.parameter_file import write_parameter_file
+from ground.parameters.changes import Change, ChangeState
+from ground.parameters.file import write_parameter_file
 from protocol.parameter_table import float32, load_parameters
 
 

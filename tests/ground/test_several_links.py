@@ -3,10 +3,10 @@
 import pytest
 
 from ground.errors import NoAnswerError
-from ground.framing import Message
+from ground.link.framing import Message
 from ground.session import Session
 from protocol import dialect
-from sim_bridge.link_emulation import LinkSettings
+from sim_bridge.links.emulation import LinkSettings
 
 FAST, SLOW = LinkSettings(delay_s=0.02), LinkSettings(delay_s=0.5)
 

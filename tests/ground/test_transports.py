@@ -7,9 +7,9 @@ from contextlib import closing
 
 import pytest
 
-from ground.connection import Connection
-from ground.links import open_links
-from ground.transport import LinkError, open_transport
+from ground.link.connection import Connection
+from ground.link.links import open_links
+from ground.link.transports import LinkError, open_transport
 from protocol import dialect
 
 HOST = "127.0.0.1"

@@ -7,11 +7,11 @@ import threading
 
 import pytest
 
+from ground.cli.terminal import tell
 from ground.errors import GroundError, VehicleError
-from ground.terminal import tell
-from ground.trial import Trial
+from ground.tuning.trial import Trial
 from protocol import dialect
-from sim_bridge.link_emulation import LinkSettings
+from sim_bridge.links.emulation import LinkSettings
 
 GAIN, OLD = "INNER_P", 1.0
 STEP = ("tune", "--delay", "0.2", "--duration", "5", "--step", "+50%", "--yes")
@@ -165,7 +165,7 @@ def test_identified_settings_that_make_the_flight_run_away_are_undone_at_once(fl
     """Settings of the wrong sign stand for an identification that went wrong."""
     kite = flying_kite("small-kite-paper")
     before = {name: kite.firmware_parameter(name) for name in IDENTIFIED}
-    monkeypatch.setattr("ground.cli_identify.propose", lambda *inputs: (
+    monkeypatch.setattr("ground.cli.identify.propose", lambda *inputs: (
         {"TURN_K": 0.3, "PRED_DELAY": 0.9}, {"INNER_P": 30.0}))
     operator = operator_of(kite)
     assert operator.runs("tune", "--identify", "--yes") == 0

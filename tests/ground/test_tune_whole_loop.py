@@ -7,8 +7,8 @@ import sys
 import pytest
 
 from ground.errors import UsageError
-from ground.tuning import speed_over_length
-from ground.vehicle_state import VehicleState
+from ground.tuning.gain_advice import speed_over_length
+from ground.vehicle.state import VehicleState
 from protocol import dialect
 
 
@@ -50,8 +50,8 @@ def test_the_speed_is_the_newest_telemetrys():
 def test_nothing_of_it_needs_scipy():
     """Neither at the start nor for the whole loop's numbers."""
     script = ("import sys; sys.modules['scipy'] = None\n"
-              "import ground.cli\n"
-              "from ground.tuning import advise, describe, with_outer_loop\n"
+              "import ground.cli.main\n"
+              "from ground.tuning.gain_advice import advise, describe, with_outer_loop\n"
               "print('\\n'.join(describe(with_outer_loop(advise(0.2, 50.0, 1.75), 0.45, 3.0))))")
     said = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
     assert "best pair" in said and "1.839" in said

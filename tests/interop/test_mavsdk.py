@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import ground
-from firmware_py.message_requests import FIRMWARE_VERSION
+from firmware_py.services.message_requests import FIRMWARE_VERSION
 from protocol.parameter_table import load_parameters
 
 pytest.importorskip("mavsdk", reason="mavsdk is not installed (extra interop)")
@@ -50,7 +50,8 @@ def simulated_kite(link: dict[str, float], send_to: int, listen: int, folder: Pa
     arguments = [part for key, value in settings.items() for part in ("--set", f"{key}={value}")]
     with (folder / "sitl.txt").open("w") as said:
         process = subprocess.Popen(
-            [sys.executable, "-m", "sim_bridge.cli", "run", "paper-delay-tuned", "--runtime", "cpython", "--speed", "1",
+            [sys.executable, "-m", "sim_bridge.cli.main", "run", "paper-delay-tuned", "--runtime", "cpython",
+             "--speed", "1",
              "--ground", "--duration", "120", "--param", f"INNER_P={BEFORE}", *arguments], stdout=said, stderr=said)
         try:
             yield

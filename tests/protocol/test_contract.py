@@ -7,9 +7,9 @@ import pytest
 from pymavlink.dialects.v20 import common
 from pymavlink.generator import mavparse
 
-from firmware_py.generated_messages import CONTRACT_HASH as FIRMWARE_HASH
-from firmware_py.generated_messages import MESSAGES
-from firmware_py.generated_parameters import DISARMED_ONLY, OFF_AT_ZERO, PARAMETERS, READ_ONLY
+from firmware_py.mavlink.generated_messages import CONTRACT_HASH as FIRMWARE_HASH
+from firmware_py.mavlink.generated_messages import MESSAGES
+from firmware_py.parameters.generated_parameters import DISARMED_ONLY, OFF_AT_ZERO, PARAMETERS, READ_ONLY
 from protocol import dialect, generate
 from protocol.contract import CONTRACT_HASH
 from protocol.parameter_table import float32, load_parameters, parse_parameters

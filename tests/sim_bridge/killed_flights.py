@@ -8,9 +8,9 @@ import sys
 import threading
 from pathlib import Path
 
-from ground.cli import main as kite_ground
+from ground.cli.main import main as kite_ground
 from protocol import dialect
-from sim_bridge.cli import main as kite_sitl
+from sim_bridge.cli.main import main as kite_sitl
 
 MINE = "notes of the pilot\n"
 
@@ -30,7 +30,7 @@ class FlightProcess:
         self.port = free_port()
         self.send_to = free_port()
         command = [
-            sys.executable, "-m", "sim_bridge.cli", "run", "small-kite", "--runtime", "cpython", "--ground",
+            sys.executable, "-m", "sim_bridge.cli.main", "run", "small-kite", "--runtime", "cpython", "--ground",
             "--set", f"ground.send_to=127.0.0.1:{self.send_to}", "--set", f"ground.listen=127.0.0.1:{self.port}",
             "--set", "sensors.noise_rad=0.001", "--status", "--log", str(folder), *options]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,

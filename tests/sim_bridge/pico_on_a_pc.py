@@ -82,8 +82,9 @@ sys.modules["uctypes"] = Uctypes()  # type: ignore[assignment]
 sys.path.insert(0, "")
 gc.threshold(8192)  # type: ignore[attr-defined]  as firmware_py/start.py does, before anything is loaded
 
-from firmware_py import board_machine, board_rp2, startup  # noqa: E402
+from firmware_py import startup  # noqa: E402
+from firmware_py.boards import machine_board, rp2_board  # noqa: E402
 
-board_rp2.time = startup.time = Clock()
-board_machine.STORAGE_FOLDER = "kitepilot"
+rp2_board.time = startup.time = Clock()
+machine_board.STORAGE_FOLDER = "kitepilot"
 startup.start("rp2")

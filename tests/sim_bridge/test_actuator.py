@@ -4,10 +4,10 @@ import math
 
 import pytest
 
-from sim_bridge.actuator import Actuator
-from sim_bridge.flight import Flight
+from sim_bridge.equipment.actuator import Actuator
+from sim_bridge.flight.flight import Flight
 from sim_bridge.runtimes.inproc import InprocRuntime
-from sim_bridge.scenario import Scenario, load_scenario
+from sim_bridge.scenario.scenario import Scenario, load_scenario
 
 
 def actuator(**settings):

@@ -11,7 +11,7 @@ import pytest
 from protocol import dialect
 from sim_bridge.boards import package_listing
 from sim_bridge.boards.image import BoardError, board_settings, check_board_settings, lay_out, read_entries
-from sim_bridge.cli import main
+from sim_bridge.cli.main import main
 from sim_bridge.runtimes.process import micropython_command
 
 ROOT = Path(__file__).parent.parent.parent

@@ -11,9 +11,9 @@ from typing import Any
 
 import pytest
 
-from analysis.tlog import read_tlog
+from kite_analysis.flights.tlog import read_tlog
 from protocol import dialect
-from sim_bridge.cli import main
+from sim_bridge.cli.main import main
 
 KEYS = {
     "scenario", "plant", "runtime", "seed", "sim_s", "wall_s", "real_time_factor", "cross_track_rms_rad",
@@ -142,7 +142,7 @@ def test_paper_makes_seven_figures_and_the_table(capsys, tmp_path):
 
 def test_ctrl_c_and_the_end_of_a_pipe_leave_no_traceback():
     """A flight that is interrupted sums up what there is."""
-    command = [sys.executable, "-m", "sim_bridge.cli", "run", "paper-no-delay", "--forever", "--status",
+    command = [sys.executable, "-m", "sim_bridge.cli.main", "run", "paper-no-delay", "--forever", "--status",
                "--set", "run.settle_s=1"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         assert process.stdout and process.stderr

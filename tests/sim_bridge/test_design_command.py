@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from analysis.delay import optimal_gain, stability_limit
-from sim_bridge.cli import main
+from kite_analysis.delay.inner_loop import optimal_gain, stability_limit
+from sim_bridge.cli.main import main
 
 
 def designed(capsys, *arguments: str):

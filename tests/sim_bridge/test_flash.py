@@ -17,7 +17,7 @@ from sim_bridge.boards.flash import check_room, make_plan
 from sim_bridge.boards.heard import wait_for_heartbeat
 from sim_bridge.boards.image import BoardError, board_settings, lay_out
 from sim_bridge.boards.probe import OnBoard, Probe, read_probe
-from sim_bridge.cli import main
+from sim_bridge.cli.main import main
 
 PROBE = "kitepilot-probe rp2 micropython 1 28\nfree 4096 200\n"
 
@@ -73,7 +73,8 @@ def test_an_empty_board_gets_everything_and_main_py_last(capsys, mpremote):
     copies = [line for line in done if line.startswith("fs cp")]
     assert code == 0 and "0 up to date" in out and "LISTEN=" in out
     assert copies[-2:] == ["fs cp board.py :board.py", "fs cp main.py :main.py"] and done[-1] == "reset"
-    assert all(line.endswith(" :firmware_py/") for line in copies[:-2])
+    assert {line.split()[-1] for line in copies[:-2]} == {
+        f":{path.as_posix()}/" for path in Path("firmware_py").rglob("*") if any(path.glob("*.py"))} | {":firmware_py/"}
 
 
 def board_with(image: Path, files: list[str], **changed: str) -> str:
@@ -95,7 +96,7 @@ def test_only_what_changed_is_copied_and_board_py_never_over_another(capsys, mpr
     done = calls.read_text().splitlines()
     assert code == 0 and f"1 files to copy, {len(files) - 1} up to date, 1 to remove" in out
     assert [line for line in done if line.startswith("fs")] == [
-        "fs cat :board.py", "fs rm :firmware_py/old.py", "fs cp estimator.mpy :firmware_py/"]
+        "fs cat :board.py", "fs rm :firmware_py/old.py", "fs cp estimator.mpy :firmware_py/control/"]
 
 
 @pytest.mark.parametrize(("says", "code", "expected"), [

@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from analysis.characteristic_roots import Gains, Loop
-from analysis.flown_loop import FlownLoop, flown_limit, following_error, turning_of
-from analysis.target_eight import TargetEight, wrap
-from analysis.whole_loop import gain_limit
-from sim_bridge.flight import COLUMNS, Flight
+from kite_analysis.delay.characteristic_roots import Gains, Loop
+from kite_analysis.delay.flown_loop import FlownLoop, flown_limit, following_error, turning_of
+from kite_analysis.delay.whole_loop import gain_limit
+from kite_analysis.figure_eight import TargetEight, wrap
+from sim_bridge.flight.flight import COLUMNS, Flight
 from sim_bridge.runtimes.memory import MemoryRuntime
-from sim_bridge.scenario import load_scenario
+from sim_bridge.scenario.scenario import load_scenario
 
 FF_FILTER_S = 0.125
 

@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sim_bridge.flight import COLUMNS, Flight
+from sim_bridge.flight.flight import COLUMNS, Flight
 from sim_bridge.plants.four_point import FourPointKite
 from sim_bridge.plants.four_point_forces import Sizes, add_wing_forces
 from sim_bridge.plants.four_point_geometry import Shape
 from sim_bridge.runtimes.inproc import InprocRuntime
-from sim_bridge.scenario import Scenario, ScenarioError, load_scenario
+from sim_bridge.scenario.scenario import Scenario, ScenarioError, load_scenario
 from sim_bridge.wind.air import Air
 
 POD = np.array([75.0, 0.0, 129.90381057])

@@ -7,11 +7,11 @@ from typing import Any
 import pytest
 
 from protocol import dialect
-from sim_bridge.flight import COLUMNS, Flight
-from sim_bridge.ground_path import GroundLink, GroundSocket
-from sim_bridge.link_emulation import LinkSettings
+from sim_bridge.flight.flight import COLUMNS, Flight
+from sim_bridge.links.emulation import LinkSettings
+from sim_bridge.links.ground_path import GroundLink, GroundSocket
 from sim_bridge.runtimes.memory import MemoryRuntime
-from sim_bridge.scenario import ScenarioError, load_scenario
+from sim_bridge.scenario.scenario import ScenarioError, load_scenario
 
 _PATIENCE_TICKS = 20
 _PARAMETERS = (b"INNER_P", b"OUTER_L", b"STEER_MAX")

@@ -15,14 +15,14 @@ import pytest
 
 import firmware_py
 from protocol import dialect
-from sim_bridge.flight import COLUMNS, Flight
-from sim_bridge.hil import board_report, delay_problem, fly_board, link_warnings
-from sim_bridge.hil_port import open_port
-from sim_bridge.run import RunOptions
+from sim_bridge.flight.flight import COLUMNS, Flight
+from sim_bridge.links.port import open_port
+from sim_bridge.runs.hardware_in_the_loop import board_report, delay_problem, fly_board, link_warnings
+from sim_bridge.runs.run import RunOptions
 from sim_bridge.runtimes.inproc import InprocRuntime
 from sim_bridge.runtimes.interface import clock_us
 from sim_bridge.runtimes.process import HEAP, micropython_command
-from sim_bridge.scenario import ScenarioError, load_scenario
+from sim_bridge.scenario.scenario import ScenarioError, load_scenario
 
 BAUD = 115200
 
@@ -261,6 +261,6 @@ def test_a_wrong_link_is_one_line(link, says):
 
 
 def test_a_silent_board_is_told_with_what_to_check(cable, monkeypatch):
-    monkeypatch.setattr("sim_bridge.hil.HilRuntime.__init__.__defaults__", (0.3,))
+    monkeypatch.setattr("sim_bridge.runs.hardware_in_the_loop.HilRuntime.__init__.__defaults__", (0.3,))
     with pytest.raises(Exception, match=r"the board says nothing for 0.3 s: is it powered"):
         fly_board(load_scenario("small-kite"), f"serial:{cable.ends[0]}:{BAUD}", RunOptions("hil", 1.0), print)

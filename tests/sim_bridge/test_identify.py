@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from analysis.tlog import TlogWriter, read_tlog
+from kite_analysis.flights.tlog import TlogWriter, read_tlog
 from protocol import dialect
-from sim_bridge.cli import main
+from sim_bridge.cli.main import main
 
 FLIGHT = Path(__file__).parent.parent / "data" / "flight" / "20191008_0010.csv.gz"
 KEYS = {

@@ -10,12 +10,12 @@ import math
 
 import pytest
 
-from firmware_py.as5600 import As5600
-from firmware_py.line_angles import Axis, LineAngles
-from sim_bridge import flight as flights
+from firmware_py.drivers.as5600 import As5600
+from firmware_py.drivers.line_angles import Axis, LineAngles
+from sim_bridge.flight import flight as flights
 from sim_bridge.plants.interface import Truth
-from sim_bridge.run import RunOptions, run_scenario
-from sim_bridge.scenario import Scenario, load_scenario
+from sim_bridge.runs.run import RunOptions, run_scenario
+from sim_bridge.scenario.scenario import Scenario, load_scenario
 from tests.firmware_py.simulated_hardware import encoder_bus
 
 STEP = 2.0 * math.pi / 4096

@@ -4,8 +4,8 @@ from itertools import pairwise
 
 import pytest
 
-from sim_bridge.link_emulation import LinkDirection, LinkSettings, link_settings
-from sim_bridge.scenario import Scenario
+from sim_bridge.links.emulation import LinkDirection, LinkSettings, link_settings
+from sim_bridge.scenario.scenario import Scenario
 
 
 def sent_through(settings, count=20000, period=0.02, size=50, seed="1"):

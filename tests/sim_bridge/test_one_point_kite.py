@@ -13,12 +13,12 @@ import pytest
 from scipy.interpolate import UnivariateSpline
 from scipy.optimize import root
 
-from sim_bridge.flight import Flight
-from sim_bridge.plants.choice import make_plant
+from sim_bridge.flight.flight import Flight
+from sim_bridge.flight.plant_choice import make_plant
 from sim_bridge.plants.polars import Polars, coefficient, depower_angle
 from sim_bridge.plants.tether import GRAVITY, add_tether_loads
 from sim_bridge.runtimes.inproc import InprocRuntime
-from sim_bridge.scenario import Scenario, ScenarioError, load_scenario
+from sim_bridge.scenario.scenario import Scenario, ScenarioError, load_scenario
 from sim_bridge.wind.air import Air
 
 SMALL, REFERENCE = "small-kite-one-point", "reference-kite-one-point"

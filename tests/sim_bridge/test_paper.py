@@ -6,16 +6,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.delay import loop_delay, stability_limit
-from firmware_py.guidance import Guidance
-from firmware_py.target_curve import FigureEight
-from sim_bridge.flight import COLUMNS, Flight
-from sim_bridge.paper import paper_flights
-from sim_bridge.run import RunOptions, run_scenario
+from firmware_py.control.figure_eight import FigureEight
+from firmware_py.control.guidance import Guidance
+from kite_analysis.delay.inner_loop import loop_delay, stability_limit
+from sim_bridge.flight.flight import COLUMNS, Flight
+from sim_bridge.runs.run import RunOptions, run_scenario
 from sim_bridge.runtimes.inproc import InprocRuntime
 from sim_bridge.runtimes.process import micropython_command
-from sim_bridge.scenario import load_scenario
-from sim_bridge.scenario_keys import PLANTS
+from sim_bridge.scenario.keys import PLANTS
+from sim_bridge.scenario.scenario import load_scenario
+from sim_bridge.studies.paper import paper_flights
 
 PAPER = ("paper-no-delay", "paper-delay", "paper-delay-tuned")
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from ground.cli import main as kite_ground
-from sim_bridge.cli import main as kite_sitl
+from ground.cli.main import main as kite_ground
+from sim_bridge.cli.main import main as kite_sitl
 
 pytest.importorskip("matplotlib")
 FLIGHT = str(Path(__file__).parent.parent / "data" / "flight" / "20191008_0065.csv.gz")
@@ -78,8 +78,8 @@ def on_a_terminal(*arguments: str) -> tuple[str, str]:
     """What kite-sitl says on its output, a pipe, and what it draws on a terminal of its own."""
     ours, theirs = pty.openpty()
     termios.tcsetwinsize(theirs, (24, 80))
-    with subprocess.Popen([sys.executable, "-m", "sim_bridge.cli", *arguments], stdout=subprocess.PIPE, stderr=theirs,
-                          text=True) as process:
+    with subprocess.Popen([sys.executable, "-m", "sim_bridge.cli.main", *arguments],
+                          stdout=subprocess.PIPE, stderr=theirs, text=True) as process:
         os.close(theirs)
         out, _ = process.communicate()
     assert process.returncode == 0
@@ -99,5 +99,6 @@ def test_a_flight_shows_how_far_it_is_on_a_terminal_only():
     out, drawn = on_a_terminal(*flight)
     assert "of 6 s flown" in drawn and "of 6 s" not in out
     assert on_a_terminal(*flight, "--json")[1] == ""
-    done = subprocess.run([sys.executable, "-m", "sim_bridge.cli", *flight], capture_output=True, text=True, check=True)
+    done = subprocess.run([sys.executable, "-m", "sim_bridge.cli.main", *flight], capture_output=True, text=True,
+                          check=True)
     assert done.stderr == ""

@@ -10,12 +10,12 @@ from typing import Any
 
 import pytest
 
-from firmware_py.generated_messages import NAMED_VALUE_FLOAT
-from sim_bridge.flight import COLUMNS, Flight
-from sim_bridge.run import RunOptions, run_scenario
+from firmware_py.mavlink.generated_messages import NAMED_VALUE_FLOAT
+from sim_bridge.flight.flight import COLUMNS, Flight
+from sim_bridge.runs.run import RunOptions, run_scenario
 from sim_bridge.runtimes.inproc import InprocRuntime
 from sim_bridge.runtimes.process import micropython_command
-from sim_bridge.scenario import Scenario, load_scenario
+from sim_bridge.scenario.scenario import Scenario, load_scenario
 from tests.firmware_py.firmware_bench import NAMES
 
 JITTER: dict[str, Any] = {"link__control__jitter_s": 0.03}

@@ -7,15 +7,15 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from protocol import dialect
-from sim_bridge.flight import COLUMNS, Flight
-from sim_bridge.ground_path import GroundLink
-from sim_bridge.link_emulation import LinkSettings, link_settings
-from sim_bridge.preflight import Preflight
-from sim_bridge.run import RunOptions, run_scenario
+from sim_bridge.flight.flight import COLUMNS, Flight
+from sim_bridge.flight.preflight import Preflight
+from sim_bridge.links.emulation import LinkSettings, link_settings
+from sim_bridge.links.ground_path import GroundLink
+from sim_bridge.links.wire import BRIDGE_COMPONENT, BRIDGE_SYSTEM, as_request
+from sim_bridge.runs.run import RunOptions, run_scenario
 from sim_bridge.runtimes.interface import FirmwareError
 from sim_bridge.runtimes.memory import MemoryRuntime
-from sim_bridge.scenario import Scenario, load_scenario
-from sim_bridge.wire import BRIDGE_COMPONENT, BRIDGE_SYSTEM, as_request
+from sim_bridge.scenario.scenario import Scenario, load_scenario
 
 _LENGTH_S = 0.5
 

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.flight_data import fit_eight, read_flight
-from analysis.target_eight import TargetEight, turning_angle, unit_position, wrap
-from sim_bridge.cli import main
-from sim_bridge.replay import play
+from kite_analysis.figure_eight import TargetEight, turning_angle, unit_position, wrap
+from kite_analysis.flights.real_flight import fit_eight, read_flight
+from sim_bridge.cli.main import main
+from sim_bridge.studies.real_flight import play
 
 FLIGHTS = sorted((Path(__file__).parent.parent / "data" / "flight").glob("*.csv.gz"))
 

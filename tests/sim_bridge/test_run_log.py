@@ -12,18 +12,19 @@ from typing import Any
 
 import pytest
 
-from analysis.record_source import read_record
-from analysis.tlog import read_tlog
+from kite_analysis.flights.reader import read_record
+from kite_analysis.flights.tlog import read_tlog
 from protocol import dialect
 from protocol.contract import CONTRACT_HASH
 from protocol.parameter_table import load_parameters
-from sim_bridge import flight, growing_files, run_log
-from sim_bridge.cli import main
-from sim_bridge.flight import COLUMNS
-from sim_bridge.run import RunOptions, run_scenario
+from sim_bridge.cli.main import main
+from sim_bridge.flight import flight
+from sim_bridge.flight.flight import COLUMNS
+from sim_bridge.runs import growing_files, run_log
+from sim_bridge.runs.run import RunOptions, run_scenario
 from sim_bridge.runtimes.memory import MemoryRuntime
-from sim_bridge.scenario import load_scenario
-from sim_bridge.scenario_keys import KEYS
+from sim_bridge.scenario.keys import KEYS
+from sim_bridge.scenario.scenario import load_scenario
 from tests.sim_bridge.killed_flights import FlightProcess, opens_everywhere, repeats
 
 ROOT = Path(__file__).parents[2]
@@ -123,7 +124,7 @@ def test_ctrl_c_at_any_moment_leaves_a_log_that_repeats(tmp_path, capsys):
 def test_a_full_disk_ends_the_log_and_not_the_flight(tmp_path, capsys, room):
     folder = tmp_path / "log"
     flown = subprocess.run(
-        [sys.executable, "-m", "sim_bridge.cli", "run", "small-kite", "--duration", "20", "--log", str(folder),
+        [sys.executable, "-m", "sim_bridge.cli.main", "run", "small-kite", "--duration", "20", "--log", str(folder),
          "--json"], check=False, capture_output=True, text=True,
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (room, room)))
     if room == 300:  # full before the flight, which is then not begun
@@ -159,7 +160,7 @@ def test_run_json_holds_every_value_that_decides_the_flight(tmp_path):
     assert about["scenario"]["parameters"].keys() == {
         name for name, entry in load_parameters().items() if not entry.read_only}
     assert about["versions"]["contract"] == CONTRACT_HASH and about["versions"]["numpy"]
-    assert about["code"].keys() == {"firmware_py", "protocol", "sim_bridge", "analysis"}
+    assert about["code"].keys() == {"firmware_py", "protocol", "sim_bridge", "kite_analysis"}
     assert (tmp_path / "log" / "wind.csv").read_bytes() == wind.read_bytes() and about["wind_file"]
 
 
@@ -182,9 +183,9 @@ def test_another_version_flies_the_values_of_the_log_and_says_what_differs(tmp_p
     """A copy of the project with two other defaults reruns a log of this one."""
     folder, other = tmp_path / "log", tmp_path / "other"
     fly(folder)
-    for package in ("analysis", "firmware_py", "ground", "protocol", "sim_bridge"):
+    for package in ("kite_analysis", "firmware_py", "ground", "protocol", "sim_bridge"):
         shutil.copytree(ROOT / package, other / package, ignore=shutil.ignore_patterns("__pycache__"))
-    keys = other / "sim_bridge" / "scenario_keys.py"
+    keys = other / "sim_bridge" / "scenario/keys.py"
     table = other / "protocol" / "parameters.toml"
     changed = keys.read_text().replace('"plant.step_s": number(0.01', '"plant.step_s": number(0.005')
     assert changed != keys.read_text()
@@ -192,7 +193,7 @@ def test_another_version_flies_the_values_of_the_log_and_says_what_differs(tmp_p
     before, name, after = table.read_text().partition('[FF_FILTER]\n')
     assert name
     table.write_text(before + name + after.replace("default = 0.125", "default = 0.25", 1))
-    again = subprocess.run([sys.executable, "-m", "sim_bridge.cli", "rerun", str(folder), "--json"], cwd=other,
+    again = subprocess.run([sys.executable, "-m", "sim_bridge.cli.main", "rerun", str(folder), "--json"], cwd=other,
                            check=False, capture_output=True, text=True)
     assert again.returncode == 0, again.stderr
     result = json.loads(again.stdout)

@@ -7,13 +7,13 @@ import time
 import pytest
 
 from protocol import dialect
-from sim_bridge.flight import Flight
-from sim_bridge.run import RunOptions, run_scenario
+from sim_bridge.flight.flight import Flight
+from sim_bridge.links.wire import BridgeCodec
+from sim_bridge.runs.run import RunOptions, run_scenario
 from sim_bridge.runtimes.interface import FirmwareError
 from sim_bridge.runtimes.memory import MemoryRuntime
 from sim_bridge.runtimes.process import ProcessRuntime
-from sim_bridge.scenario import load_scenario
-from sim_bridge.wire import BridgeCodec
+from sim_bridge.scenario.scenario import load_scenario
 
 
 def test_in_real_time_the_firmware_flies_on_its_own_clock():

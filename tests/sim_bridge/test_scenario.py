@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from protocol.parameter_table import load_parameters
-from sim_bridge.scenario import Scenario, ScenarioError, load_scenario, parse_scenario, scenario_names
-from sim_bridge.scenario_keys import KEYS
+from sim_bridge.scenario.keys import KEYS
+from sim_bridge.scenario.scenario import Scenario, ScenarioError, load_scenario, parse_scenario, scenario_names
 
 
 @pytest.mark.parametrize("name", scenario_names())

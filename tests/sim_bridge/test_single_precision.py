@@ -9,30 +9,27 @@ import math
 import numpy as np
 import pytest
 
-from firmware_py import (
-    body_rotation,
-    drift,
+from firmware_py.control import (
     estimator,
+    figure_eight,
     gain_schedule,
     guidance,
-    prediction,
     sphere,
     steering,
-    steering_history,
-    target_curve,
     turn_k_estimate,
 )
-from firmware_py.parameters import Parameters
-from sim_bridge.run import RunOptions, run_scenario
+from firmware_py.parameters.values import Parameters
+from firmware_py.prediction import body_rotation, drift, prediction, steering_history
+from sim_bridge.runs.run import RunOptions, run_scenario
 from sim_bridge.runtimes import inproc
-from sim_bridge.scenario import load_scenario
+from sim_bridge.scenario.scenario import load_scenario
 
 MODULES = (
-    estimator, guidance, sphere, steering, target_curve, prediction, drift, body_rotation, steering_history,
+    estimator, guidance, sphere, steering, figure_eight, prediction, drift, body_rotation, steering_history,
     turn_k_estimate, gain_schedule)
 CLASSES = (
     estimator.Estimator, estimator.EstimatorConfig, guidance.Guidance, guidance.GuidanceConfig, sphere.TangentFrame,
-    steering.Steering, steering.SteeringConfig, target_curve.FigureEight, target_curve.CurveCheck,
+    steering.Steering, steering.SteeringConfig, figure_eight.FigureEight, figure_eight.CurveCheck,
     prediction.Prediction, prediction.PredictionConfig, drift.Drift, body_rotation.BodyRotation,
     steering_history.SteeringHistory, turn_k_estimate.TurnKEstimate, gain_schedule.GainSchedule)
 FUNCTIONS = ("atan", "atan2", "cos", "degrees", "radians", "sin", "sqrt", "tan")

@@ -12,9 +12,9 @@ from contextlib import suppress
 
 import pytest
 
-from sim_bridge import cli
-from sim_bridge.run import RunOptions, run_scenario
-from sim_bridge.scenario import ScenarioError, load_scenario
+from sim_bridge.cli import main as cli
+from sim_bridge.runs.run import RunOptions, run_scenario
+from sim_bridge.scenario.scenario import ScenarioError, load_scenario
 from sim_bridge.sweeps.axes import grid, parse_axis, random_sample
 
 SWEEP = ["sweep", "paper-delay-tuned", "--over", "param.INNER_P=1:9:3", "--over", "link.control.delay_s=0.1,0.4",
@@ -55,7 +55,7 @@ def test_a_sweep_flies_what_single_runs_fly(whole):
 
 def killed_in_the_middle(path):
     """What a sweep into `path` that was killed has left there."""
-    command = [sys.executable, "-m", "sim_bridge.cli", *SWEEP, "--json", "--jobs", "1", "--out", str(path)]
+    command = [sys.executable, "-m", "sim_bridge.cli.main", *SWEEP, "--json", "--jobs", "1", "--out", str(path)]
     while True:
         process = subprocess.Popen(command, start_new_session=True, stdout=subprocess.DEVNULL)
         while process.poll() is None and not (path.exists() and path.read_text("utf-8").count("\n") >= 4):
@@ -84,7 +84,7 @@ def test_a_sweep_on_a_full_disk_ends_in_a_line_and_goes_on_with_room(whole, tmp_
     path = tmp_path / "full.csv"
     room = len(whole.read_bytes()) - 200  # short of the last two runs
     flown = subprocess.run(
-        [sys.executable, "-m", "sim_bridge.cli", *SWEEP, "--json", "--jobs", "1", "--out", str(path)], check=False,
+        [sys.executable, "-m", "sim_bridge.cli.main", *SWEEP, "--json", "--jobs", "1", "--out", str(path)], check=False,
         capture_output=True, text=True, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (room, room)))
     assert flown.returncode == 2 and not flown.stdout
     assert flown.stderr.splitlines() == [

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.target_eight import great_circle_distance, turning_angle
-from sim_bridge.plants.choice import make_plant
-from sim_bridge.scenario import Scenario
+from kite_analysis.figure_eight import great_circle_distance, turning_angle
+from sim_bridge.flight.plant_choice import make_plant
+from sim_bridge.scenario.scenario import Scenario
 from sim_bridge.wind.air import Air
 
 AIR = Air(8.0)

@@ -7,16 +7,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.metrics import VERDICTS
-from analysis.target_eight import wrap
+from kite_analysis.figure_eight import wrap
+from kite_analysis.metrics import VERDICTS
 from protocol import dialect
-from sim_bridge.cli import main
-from sim_bridge.flight import COLUMNS, Flight
-from sim_bridge.ground_path import GroundLink
-from sim_bridge.link_emulation import LinkSettings
-from sim_bridge.run import RunOptions, run_scenario
+from sim_bridge.cli.main import main
+from sim_bridge.flight.flight import COLUMNS, Flight
+from sim_bridge.links.emulation import LinkSettings
+from sim_bridge.links.ground_path import GroundLink
+from sim_bridge.runs.run import RunOptions, run_scenario
 from sim_bridge.runtimes.memory import MemoryRuntime
-from sim_bridge.scenario import Scenario, load_scenario
+from sim_bridge.scenario.scenario import Scenario, load_scenario
 
 NUMBERS = ("cross_track_rms_rad", "cross_track_max_rad", "turning_angle_rms_rad", "steering_rms", "saturated_fraction")
 

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sim_bridge.flight import COLUMNS, Flight
+from sim_bridge.flight.flight import COLUMNS, Flight
 from sim_bridge.plants.vortex_lattice.plant import VortexLatticeKite
 from sim_bridge.runtimes.inproc import InprocRuntime
-from sim_bridge.scenario import Scenario, ScenarioError
+from sim_bridge.scenario.scenario import Scenario, ScenarioError
 from sim_bridge.wind.air import Air
 
 SETTINGS = {

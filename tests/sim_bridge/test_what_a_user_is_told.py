@@ -6,10 +6,10 @@ import sys
 
 import pytest
 
-from sim_bridge.cli import main
-from sim_bridge.plants.choice import slowness
-from sim_bridge.scenario import ScenarioError, load_scenario
-from sim_bridge.scenario_keys import KEYS, PLANTS
+from sim_bridge.cli.main import main
+from sim_bridge.flight.plant_choice import slowness
+from sim_bridge.scenario.keys import KEYS, PLANTS
+from sim_bridge.scenario.scenario import ScenarioError, load_scenario
 
 
 def test_keys_tell_what_a_scenario_takes(capsys):
@@ -59,7 +59,7 @@ def test_ground_stations_get_a_firmware_with_a_wire(capsys):
 
 def test_a_plant_that_flies_uncompiled_says_so_in_one_line():
     assert slowness("turning-rate") is None
-    no_numba = "import sys; sys.modules['numba'] = None; from sim_bridge.cli import main; sys.exit(main())"
+    no_numba = "import sys; sys.modules['numba'] = None; from sim_bridge.cli.main import main; sys.exit(main())"
     for script, environment, says in (
         (no_numba, {}, "pip install 'kitepilot[fast]' makes it some 50 times faster"),
         (no_numba.replace("sys.modules['numba'] = None; ", ""), {"NUMBA_DISABLE_JIT": "1"}, "NUMBA_DISABLE_JIT is set"),

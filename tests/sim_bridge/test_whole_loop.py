@@ -6,17 +6,17 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from analysis.characteristic_equation import Gains, Loop
-from analysis.characteristic_roots import rightmost_roots
-from analysis.delay import loop_delay
-from analysis.sampled_loop import SampledLoop, sampled_limit
-from analysis.target_eight import unit_position
-from analysis.whole_loop import best_gains, gain_limit
-from firmware_py.target_curve import FigureEight
-from sim_bridge.flight import COLUMNS, Flight
+from firmware_py.control.figure_eight import FigureEight
+from kite_analysis.delay.characteristic_equation import Gains, Loop
+from kite_analysis.delay.characteristic_roots import rightmost_roots
+from kite_analysis.delay.inner_loop import loop_delay
+from kite_analysis.delay.sampled_loop import SampledLoop, sampled_limit
+from kite_analysis.delay.whole_loop import best_gains, gain_limit
+from kite_analysis.figure_eight import unit_position
+from sim_bridge.flight.flight import COLUMNS, Flight
+from sim_bridge.flight.start_state import start_position
 from sim_bridge.runtimes.inproc import InprocRuntime
-from sim_bridge.scenario import load_scenario
-from sim_bridge.start_state import start_position
+from sim_bridge.scenario.scenario import load_scenario
 
 HZ = 50.0
 

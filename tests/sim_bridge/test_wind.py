@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.signal import welch
 
-from sim_bridge.cli import main
-from sim_bridge.flight import Flight
+from sim_bridge.cli.main import main
+from sim_bridge.flight.flight import Flight
 from sim_bridge.runtimes.inproc import InprocRuntime
-from sim_bridge.scenario import Scenario, ScenarioError, load_scenario
+from sim_bridge.scenario.scenario import Scenario, ScenarioError, load_scenario
 from sim_bridge.wind.air import Air
 from sim_bridge.wind.gust_scales import dryden_parts, gust_scales
 from sim_bridge.wind.profile import EXPLOG, EXPONENTIAL, LOGARITHMIC, air_density, profile_factor, wind_at

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from analysis.tlog import read_tlog
+from kite_analysis.flights.tlog import read_tlog
 from protocol import dialect
 
 pytestmark = pytest.mark.soak
@@ -105,7 +105,7 @@ def fly(folder: Path, flooded: bool) -> Heard:
     log = folder / ("flooded" if flooded else "quiet")
     address = ("127.0.0.1", port)
     process = subprocess.Popen(
-        [sys.executable, "-m", "sim_bridge.cli", "run", "small-kite", "--runtime", "cpython", "--speed", "1",
+        [sys.executable, "-m", "sim_bridge.cli.main", "run", "small-kite", "--runtime", "cpython", "--speed", "1",
          "--ground", "--duration", str(FLOWN_S + 4.0), "--log", str(log),
          "--set", f"ground.send_to=127.0.0.1:{send_to}",
          "--set", f"ground.listen=127.0.0.1:{port}", "--set", "link.ground.up.rate_bytes_s=5760"],

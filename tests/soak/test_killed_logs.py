@@ -10,7 +10,7 @@ import time
 
 import pytest
 
-from ground.cli import main as kite_ground
+from ground.cli.main import main as kite_ground
 from tests.sim_bridge.killed_flights import MINE, FlightProcess, opens_everywhere, repeats
 
 pytestmark = pytest.mark.soak
@@ -48,7 +48,7 @@ def test_a_killed_recording_is_there_up_to_the_last_second(tmp_path, seed, after
     flight.fly_until(1.0)
     path = tmp_path / "flight.tlog"
     recorder = subprocess.Popen(
-        [sys.executable, "-c", "import sys; from ground.cli import main; sys.exit(main())",
+        [sys.executable, "-c", "import sys; from ground.cli.main import main; sys.exit(main())",
          "--link", f"udpin:127.0.0.1:{flight.send_to}", "record", str(path)],
         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     while not path.exists() or not path.stat().st_size:

@@ -7,8 +7,8 @@ import sys
 import numpy as np
 import pytest
 
-from analysis.characteristic_equation import Loop
-from analysis.whole_loop import best_gains, design
+from kite_analysis.delay.characteristic_equation import Loop
+from kite_analysis.delay.whole_loop import best_gains, design
 
 pytestmark = pytest.mark.soak
 
@@ -36,7 +36,7 @@ def test_the_command_is_told_the_pair_that_it_gave():
 
 
 def designed(arguments: list[str]) -> dict:
-    done = subprocess.run([sys.executable, "-m", "sim_bridge.cli", "design", "--json", *arguments],
+    done = subprocess.run([sys.executable, "-m", "sim_bridge.cli.main", "design", "--json", *arguments],
                           capture_output=True, text=True, check=False)
     assert done.returncode == 0 and not done.stderr, (arguments, done.stderr)
     return json.loads(done.stdout)

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from protocol import dialect
-from sim_bridge.flight import COLUMNS
-from sim_bridge.hil import fly_board
-from sim_bridge.run import RunOptions, run_scenario
-from sim_bridge.scenario import Scenario, load_scenario
+from sim_bridge.flight.flight import COLUMNS
+from sim_bridge.runs.hardware_in_the_loop import fly_board
+from sim_bridge.runs.run import RunOptions, run_scenario
+from sim_bridge.scenario.scenario import Scenario, load_scenario
 from tests.sim_bridge.test_hil import BAUD, Cable, firmware_on
 from tests.sim_bridge.test_preflight import modes_flown
 

@@ -24,7 +24,7 @@ def link(request, tmp_path):
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
-    command = [sys.executable, "-m", "sim_bridge.cli", "run", request.param, *SITL, "--status", "--log",
+    command = [sys.executable, "-m", "sim_bridge.cli.main", "run", request.param, *SITL, "--status", "--log",
                str(tmp_path / "log"), "--set", f"ground.send_to=127.0.0.1:{port}", "--set", "ground.listen=127.0.0.1:0"]
     said = tmp_path / "said"
     with said.open("w") as output, subprocess.Popen(command, stdout=output) as sitl:

@@ -26,7 +26,7 @@ from sim_bridge.plants.vortex_lattice.wing_points import (
     frame_springs,
     share_out,
 )
-from sim_bridge.scenario import Scenario, ScenarioError
+from sim_bridge.scenario.scenario import Scenario, ScenarioError
 from sim_bridge.wind.air import Air
 from sim_bridge.wind.profile import air_density, wind_at
 

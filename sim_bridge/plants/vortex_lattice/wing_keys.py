@@ -1,6 +1,6 @@
 """The scenario's section `wing`: the kite of the vortex lattice. Defaults are an arc of 5 m^2, a small surf kite."""
 
-from sim_bridge.key import Key, number
+from sim_bridge.settings import Key, number
 
 WING_KEYS: dict[str, Key] = {
     "wing.span_m": number(4.6, "length of the wing along its arc [m]", 0.5, 50.0),

@@ -2,14 +2,14 @@
 
 from math import atan2, cos, pi, sin
 
-from firmware_py import generated_messages as wire
-from firmware_py import generated_parameters as table
-from firmware_py.estimator import Estimator
-from firmware_py.guidance import Guidance
-from firmware_py.parameters import Parameters
-from firmware_py.sphere import TangentFrame, wrap
-from firmware_py.steering import Steering
-from firmware_py.target_curve import CurveCheck, FigureEight
+from firmware_py.control.estimator import Estimator
+from firmware_py.control.figure_eight import CurveCheck, FigureEight
+from firmware_py.control.guidance import Guidance
+from firmware_py.control.sphere import TangentFrame, wrap
+from firmware_py.control.steering import Steering
+from firmware_py.mavlink import generated_messages as wire
+from firmware_py.parameters import generated_parameters as table
+from firmware_py.parameters.values import Parameters
 
 _POSITION = wire.KITE_VALID_AZIMUTH | wire.KITE_VALID_ELEVATION | wire.KITE_VALID_AIRSPEED
 

@@ -3,12 +3,12 @@
 import struct
 from math import cos, pi, sin
 
-from firmware_py import generated_messages as wire
 from firmware_py.autopilot import Autopilot
 from firmware_py.loop import step_lockstep
-from firmware_py.mavlink_decoder import Decoder
-from firmware_py.mavlink_encoder import Encoder
-from firmware_py.mavlink_link import MavlinkLink
+from firmware_py.mavlink import generated_messages as wire
+from firmware_py.mavlink.decoder import Decoder
+from firmware_py.mavlink.encoder import Encoder
+from firmware_py.mavlink.link import MavlinkLink
 
 _VALID = wire.KITE_VALID_AZIMUTH | wire.KITE_VALID_ELEVATION | wire.KITE_VALID_DISTANCE | wire.KITE_VALID_COURSE
 

@@ -6,11 +6,11 @@ Where the interpreter has littlefs, the filesystem of the boards, power is cut a
 import os
 import struct
 
-from firmware_py.file_storage import FileStorage
-from firmware_py.generated_parameters import PARAMETERS, READ_ONLY
-from firmware_py.parameter_store import SLOTS, TEMPORARY, ParameterStore
-from firmware_py.parameters import Parameters
-from firmware_py.recovery import Recovery
+from firmware_py.parameters.file_storage import FileStorage
+from firmware_py.parameters.generated_parameters import PARAMETERS, READ_ONLY
+from firmware_py.parameters.retained import Recovery
+from firmware_py.parameters.store import SLOTS, TEMPORARY, ParameterStore
+from firmware_py.parameters.values import Parameters
 
 _BLOCK = 512
 _BLOCKS = 32

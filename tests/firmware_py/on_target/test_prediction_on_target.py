@@ -2,14 +2,14 @@
 
 from math import cos, pi, sin, sqrt
 
-from firmware_py import generated_messages as wire
-from firmware_py import generated_parameters as table
-from firmware_py.estimator import Estimator
-from firmware_py.gain_schedule import GainSchedule
-from firmware_py.parameters import Parameters
-from firmware_py.prediction import Prediction
-from firmware_py.steering_history import ONE, SteeringHistory
-from firmware_py.turn_k_estimate import TurnKEstimate
+from firmware_py.control.estimator import Estimator
+from firmware_py.control.gain_schedule import GainSchedule
+from firmware_py.control.turn_k_estimate import TurnKEstimate
+from firmware_py.mavlink import generated_messages as wire
+from firmware_py.parameters import generated_parameters as table
+from firmware_py.parameters.values import Parameters
+from firmware_py.prediction.prediction import Prediction
+from firmware_py.prediction.steering_history import ONE, SteeringHistory
 
 _VALID = 0xFF
 _PERIOD_US = 20000

@@ -1,0 +1,61 @@
+"""ESP32 boards. This module compiles and is checked against the types; it has not flown, nor run on a board."""
+
+import time
+
+import machine
+import network
+
+from . import machine_board
+from .interface import POWER_ON, SOFT, WATCHDOG
+from .settings import WIFI
+
+LIGHT = 2
+_TIMER = 0
+_RETAINED_BYTES = 512
+
+
+class Retained:
+    """The RTC's memory, which a reset by the watchdog leaves alone."""
+
+    def __init__(self):
+        self._rtc = machine.RTC()
+
+    def read(self):
+        """All of it; zeros where nothing was written since power came on."""
+        data = self._rtc.memory()
+        return data + bytes(_RETAINED_BYTES - len(data))
+
+    def write(self, data):
+        """Put `data` at its beginning."""
+        self._rtc.memory(data)
+
+
+class Board(machine_board.MachineBoard):
+    """An ESP32 with these `settings`; `tell(text)` is for whoever watches the console."""
+
+    timer = _TIMER
+
+    def __init__(self, settings, tell):
+        self.reset_cause = reset_cause()
+        wlan = _make_wlan() if settings.link == WIFI else None
+        super().__init__(machine, time, settings, Retained(), wlan, tell)
+
+
+def reset_cause():
+    """Why the board has started."""
+    cause = machine.reset_cause()
+    if cause == machine.WDT_RESET:
+        return WATCHDOG
+    return POWER_ON if cause == machine.PWRON_RESET else SOFT
+
+
+def blink(pin, pattern):
+    """Show `pattern` on `pin` from now on."""
+    return machine_board.blink(machine, time, _TIMER, pin, pattern)
+
+
+def _make_wlan():
+    wlan = network.WLAN(network.STA_IF)
+    wlan.active(True)
+    wlan.config(pm=network.WLAN.PM_NONE)
+    return wlan

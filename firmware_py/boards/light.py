@@ -1,0 +1,64 @@
+"""What the operator sees on the board: one light, a pattern for each state.
+
+A pattern is sixteen slots of 131 ms, the first one the lowest bit; the clock's wrap is a whole number of patterns.
+"""
+
+from ..clock import ticks_diff
+from ..mavlink.generated_messages import KITE_MODE_MANUAL, KITE_MODE_PARK, KITE_MODE_STANDBY, KITE_MODE_TRACK
+
+# Mostly dark: nothing steers. Mostly lit: the steering is live, and the dark gaps count the mode.
+NO_LINK = 0x0001  # one flash
+SETTINGS = 0x0005  # two flashes
+STOPPED = 0x0015  # three flashes
+DISARMED = 0x00FF  # a second on, a second off
+STALE = 0x5555  # flickers
+MANUAL = 0xFFFE  # one gap
+PARK = 0xFFFA  # two gaps
+TRACK = 0xFFEA  # three gaps
+
+_SLOT_BITS = 17  # 2^17 us
+_SLOTS = 15
+_SILENCE_US = 3000000  # ground stations and bridges send more often
+_BY_MODE = {KITE_MODE_MANUAL: MANUAL, KITE_MODE_PARK: PARK, KITE_MODE_TRACK: TRACK}
+
+
+class StatusLight:
+    """Shows patterns on `pin`, a callable that takes 0 or 1; never waits.
+
+    `received()` gives a number that changes when bytes arrive on the link; without it the link counts as there.
+    """
+
+    def __init__(self, pin, received=None):
+        self._pin = pin
+        self._received = received
+        self._count = received() if received else 0
+        self._heard = 0
+        self._linked = received is None
+        self._lit = None
+
+    def show(self, mode, stale, now):
+        """Show the state of the autopilot at `now` [us, wrapped]."""
+        self._follow_link(now)
+        if mode == KITE_MODE_STANDBY:
+            self.show_pattern(DISARMED if self._linked else NO_LINK, now)
+        else:
+            self.show_pattern(STALE if stale else _BY_MODE.get(mode, STALE), now)
+
+    def show_pattern(self, pattern, now):
+        """Be lit or dark as `pattern` has it at `now`. The pin is only touched when that changes."""
+        lit = pattern >> (now >> _SLOT_BITS & _SLOTS) & 1
+        if lit != self._lit:
+            self._lit = lit
+            self._pin(lit)
+
+    def _follow_link(self, now):
+        """Looked at each tick and kept, because the clock wraps."""
+        if self._received is None:
+            return
+        count = self._received()
+        if count != self._count:
+            self._count = count
+            self._heard = now
+            self._linked = True
+        elif self._linked and ticks_diff(now, self._heard) > _SILENCE_US:
+            self._linked = False

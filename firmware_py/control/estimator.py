@@ -1,0 +1,279 @@
+"""From sensor samples to the kite's state: what is refused, and where the turning angle comes from."""
+
+from math import atan2, pi, radians, sin, sqrt
+
+from ..clock import ticks_diff
+from ..mavlink.generated_messages import (
+    KITE_VALID_AIRSPEED,
+    KITE_VALID_AZIMUTH,
+    KITE_VALID_COURSE,
+    KITE_VALID_DISTANCE,
+    KITE_VALID_ELEVATION,
+    KITE_VALID_HEADING,
+    KITE_VALID_STEERING,
+    KITE_VALID_TETHER_FORCE,
+)
+from ..parameters.generated_parameters import (
+    AIRSPEED_NOM,
+    COURSE_SOURCE,
+    COURSE_WINDOW,
+    JUMP_RATE,
+    LINE_LENGTH,
+    SPEED_MIN,
+    STALE_TIME,
+    TURN_K,
+)
+from .sphere import TangentFrame, wrap
+
+_POSITION = KITE_VALID_AZIMUTH | KITE_VALID_ELEVATION
+_HISTORY = 32
+_FROM_COURSE = 1.0
+_FROM_POSITIONS = 2.0
+_FROM_HEADING = 3.0
+_LEAST_DISTANCE = 1.0  # [m]
+_MOST_DISTANCE = 10000.0
+_MOST_AIRSPEED = 200.0  # [m/s]
+_AHEAD_US = 5000000  # a stamp further ahead than this is an error of the sensor's clock, not a link that catches up
+_FOREVER_US = 1 << 29  # ages count no further
+_STANDING = 1e-6  # a chord no longer than this is rounding, and has no direction [rad]
+_SLACK = 0.003  # a jump of this size is sensor noise, however short the time [rad]
+
+
+class EstimatorConfig:
+    """Settings of the estimator, in SI units and radians."""
+
+    def __init__(self):
+        self.airspeed_nominal = 0.0
+        self.course_source = 0.0
+        self.course_window = 0.0
+        self.jump_rate = 0.0
+        self.line_length = 0.0
+        self.speed_min = 0.0
+        self.stale_us = 0
+        self.turn_k = 0.0
+
+    def load(self, values):
+        """Take the parameters over from their `values`."""
+        self.airspeed_nominal = values[AIRSPEED_NOM]
+        self.course_source = values[COURSE_SOURCE]
+        self.course_window = values[COURSE_WINDOW]
+        self.jump_rate = radians(values[JUMP_RATE])
+        self.line_length = values[LINE_LENGTH]
+        self.speed_min = values[SPEED_MIN]
+        self.stale_us = int(values[STALE_TIME] * 1e6)
+        self.turn_k = values[TURN_K]
+
+
+class Estimator:
+    """The kite as the controller sees it. `frame` is its position with the tangent plane."""
+
+    def __init__(self):
+        self.config = EstimatorConfig()
+        self.frame = TangentFrame()
+        self.azimuth = 0.0
+        self.elevation = 0.0
+        self.distance = 0.0
+        self.course = 0.0
+        self.heading = 0.0
+        self.airspeed = 0.0
+        self.tether_force = 0.0
+        self.steering = 0.0
+        self.speed = 0.0  # across the sphere [m/s]
+        self.turning_ratio = 1.0  # nose and course are taken to turn alike, by an actuator as fast as need be:
+        self.turning_slew = 0.0  # see Prediction
+        self.valid = 0
+        self.sample_time = 0
+        self.interval = 0.0  # between the last two samples taken [s]
+        self.coasting = False
+        self.dropped = 0
+        self._heard = False
+        self._stale = True
+        self._age_us = 0  # since a sample was accepted
+        self._looked_time = 0  # the sample before this one, accepted or not
+        self._looked_azimuth = 0.0
+        self._looked_elevation = 0.0
+        self._looked_age_us = _FOREVER_US
+        self._history = [(0, 0.0, 0.0, 0.0)] * _HISTORY  # (time, x, y, z), a ring
+        self._count = 0
+        self._oldest = 0  # the position that the chord starts from
+        self._chord = 0.0
+        self._span = 0.0
+        self._turning = 0.0  # smoothed rate of the chord's direction, without the meridians' turning [rad/s]
+        self.meridian_turning = 0.0  # since the sample before, to be added to a change of course or heading [rad]
+
+    def has_heard(self):
+        """True once a sample was accepted."""
+        return self._heard
+
+    def is_stale(self):
+        """True when no sample that was accepted is fresh enough to steer by."""
+        return self._stale
+
+    def wait(self, elapsed_us):
+        """Let `elapsed_us` pass, before what has arrived meanwhile is looked at; return True if samples are stale then.
+
+        Ages are counted up instead of being differences of times: the clock may wrap, or jump.
+        """
+        self._age_us = min(self._age_us + elapsed_us, _FOREVER_US)
+        self._looked_age_us = min(self._looked_age_us + elapsed_us, _FOREVER_US)
+        if self._age_us > self.config.stale_us:
+            self._stale = True
+        return self._stale
+
+    def take(self, sample, asked):
+        """Use `sample` (values of KITE_SENSORS), which has just arrived; `asked` is the steering last asked for.
+
+        Returns True if the sample was accepted, False if it was dropped, and counts that.
+        """
+        fresh_start = self._stale
+        interval = 0.0 if fresh_start else ticks_diff(sample[0], self.sample_time) * 1e-6
+        if not self._is_sane(sample) or not self._brings_news(sample, fresh_start):
+            self.dropped += 1
+            return False
+        if fresh_start:
+            self._count = self._oldest = 0
+            self._turning = 0.0
+        self._heard = True
+        self._stale = False
+        self._age_us = 0
+        self.sample_time = sample[0]
+        self.interval = interval
+        self._copy(sample, asked)
+        self._remember()
+        self._update_course(sample[4], fresh_start)
+        return True
+
+    def sphere_speed(self):
+        """Speed across the unit sphere [1/s], with the arc in the chord's place."""
+        speed = self.speed / self.distance
+        bend = self._turning * self._span
+        reach = speed * self._span
+        return speed * (1.0 + min(1.0, bend * bend / 24.0 + reach * reach / 6.0))
+
+    def _is_sane(self, sample):
+        """False for a sample without position, not finite, or out of range."""
+        valid = sample[9]
+        if valid & _POSITION != _POSITION:
+            return False
+        for index in range(8):
+            if valid & (1 << index) and not -1e6 < sample[1 + index] < 1e6:  # also refuses NaN
+                return False
+        if abs(sample[1]) > 3.2 or abs(sample[2]) > 1.5708:
+            return False
+        if valid & KITE_VALID_DISTANCE and not _LEAST_DISTANCE <= sample[3] <= _MOST_DISTANCE:
+            return False
+        return not valid & KITE_VALID_AIRSPEED or 0.0 <= sample[6] <= _MOST_AIRSPEED
+
+    def _brings_news(self, sample, fresh_start):
+        """True for a sample that is later than what was heard, from where the kite can have come.
+
+        It is held against the sample before it even where that was refused, so that jumps are not accepted one by one,
+        each as soon as there was time enough for it.
+        """
+        time_us, azimuth, elevation = sample[0], sample[1], sample[2]
+        news = True
+        if fresh_start or ticks_diff(self._looked_time, self.sample_time) > 0:
+            if self._looked_age_us <= self.config.stale_us:
+                news = self._is_way(
+                    ticks_diff(time_us, self._looked_time), self._looked_age_us,
+                    self._looked_azimuth, self._looked_elevation, azimuth, elevation,
+                )
+            else:
+                news = time_us != self._looked_time or not self._heard
+        self._looked_time = time_us
+        self._looked_azimuth = azimuth
+        self._looked_elevation = elevation
+        self._looked_age_us = 0
+        if fresh_start or not news:
+            return news
+        span_us = ticks_diff(time_us, self.sample_time)
+        return self._is_way(span_us, self._age_us, self.azimuth, self.elevation, azimuth, elevation)
+
+    def _is_way(self, span_us, age_us, azimuth, elevation, to_azimuth, to_elevation):
+        """True if the kite can have flown from one place to the other in `span_us`, by the sensor's clock.
+
+        `age_us` is the same span by the firmware's clock: less, where a link catches up with what it held back.
+        """
+        if not 0 < span_us <= age_us + _AHEAD_US:
+            return False
+        return distance(azimuth, elevation, to_azimuth, to_elevation) <= self.config.jump_rate * span_us * 1e-6 + _SLACK
+
+    def _copy(self, sample, asked):
+        """Take over the quantities that are valid; stand in for the others."""
+        config = self.config
+        valid = self.valid = sample[9]
+        azimuth_step = wrap(sample[1] - self.azimuth)
+        self.azimuth = sample[1]
+        self.elevation = sample[2]
+        self.distance = sample[3] if valid & KITE_VALID_DISTANCE else config.line_length
+        self.airspeed = sample[6] if valid & KITE_VALID_AIRSPEED else config.airspeed_nominal
+        self.tether_force = sample[7] if valid & KITE_VALID_TETHER_FORCE else 0.0
+        self.steering = sample[8] if valid & KITE_VALID_STEERING else asked
+        self.frame.set(self.azimuth, self.elevation)
+        self.meridian_turning = self.frame.z * azimuth_step
+        if valid & KITE_VALID_HEADING:
+            self.heading = sample[5]
+
+    def _remember(self):
+        frame = self.frame
+        self._history[self._count % _HISTORY] = (self.sample_time, frame.x, frame.y, frame.z)
+        self._count += 1
+
+    def _update_course(self, measured, fresh_start):
+        """Turning angle from the source that the parameter names and the sample has."""
+        self._measure_chord()
+        source = self.config.course_source
+        if source == 0.0:
+            source = _FROM_COURSE if self.valid & KITE_VALID_COURSE else _FROM_POSITIONS
+        if source == _FROM_HEADING and self.valid & KITE_VALID_HEADING:
+            self.coasting = False
+            self.course = self.heading
+            return
+        self.coasting = self.speed < self.config.speed_min and not fresh_start
+        if source == _FROM_COURSE and self.valid & KITE_VALID_COURSE and not self.coasting:
+            self.course = measured
+        elif self.coasting:
+            rate = self.config.turn_k * self.airspeed * self.steering
+            self.course = wrap(self.course + rate * self.interval)
+        elif self._count > 1:
+            self.course = wrap(self._chord + 0.5 * self._span * self._turning)
+        if not self.valid & KITE_VALID_HEADING:
+            self.heading = self.course
+
+    def _measure_chord(self):
+        """Direction and length of the way from a position of some time ago to the present one.
+
+        The geodesic's direction where it ends; on a turn it lags by half the time between the two, which
+        `_turning` makes good.
+        """
+        newest = self._count - 1
+        if newest < 1:
+            self._span = 0.0
+            return
+        window_us = int(self.config.course_window * 1e6)
+        self._oldest = max(self._oldest, self._count - _HISTORY)
+        while self._oldest < newest - 1:  # leave behind what the window does not need
+            following = self._history[(self._oldest + 1) % _HISTORY][0]
+            if ticks_diff(self.sample_time, following) < window_us:
+                break
+            self._oldest += 1
+        then, x, y, z = self._history[self._oldest % _HISTORY]
+        span = ticks_diff(self.sample_time, then) * 1e-6
+        up = self.frame.up(x, y, z)
+        across = self.frame.across(x, y)
+        length = sqrt(up * up + across * across)
+        self.speed = length * self.distance / span
+        chord = atan2(-across, -up) if length > _STANDING else self._chord
+        if self._count > 2 and length > _STANDING:
+            rate = wrap(chord - self._chord + self.meridian_turning) / self.interval
+            self._turning += (rate - self._turning) * self.interval / (self.interval + self.config.course_window)
+        self._chord = chord
+        self._span = span
+
+
+def distance(azimuth, elevation, to_azimuth, to_elevation):
+    """Great-circle distance [rad] between two places (haversine, exact for small angles in float32)."""
+    vertical = sin(0.5 * (to_elevation - elevation))
+    horizontal = sin(0.5 * (to_azimuth - azimuth))
+    half = vertical * vertical + sin(0.5 * pi - to_elevation) * sin(0.5 * pi - elevation) * horizontal * horizontal
+    return 2.0 * atan2(sqrt(half), sqrt(max(0.0, 1.0 - half)))

@@ -1,0 +1,146 @@
+"""The target curve: a figure of eight on the unit sphere, and whether a kite can fly it.
+
+Azimuth = centre + A sin s, elevation = centre + B sin 2s, for s from 0 to 2 pi.
+"""
+
+from math import cos, degrees, pi, radians, sin, sqrt
+
+from ..parameters.generated_parameters import (
+    EIGHT_AZIMUTH,
+    EIGHT_DIRECTION,
+    EIGHT_ELEVATION,
+    EIGHT_HALF_H,
+    EIGHT_HALF_W,
+    EIGHT_LEAST_EL,
+    LINE_LENGTH,
+    STEER_MAX,
+    TURN_K,
+    WINDOW_ANGLE,
+)
+
+_CHECKED_POINTS = 24  # on half of the eight
+_POINTS_PER_CALL = 3
+_HIGHEST = 85.0  # [deg]
+
+# The parameters on which it depends whether an eight can be flown.
+CURVE_PARAMETERS = (
+    EIGHT_AZIMUTH, EIGHT_ELEVATION, EIGHT_HALF_H, EIGHT_HALF_W, EIGHT_LEAST_EL, LINE_LENGTH, STEER_MAX, TURN_K,
+    WINDOW_ANGLE,
+)
+_LEAST_TURNING = 1e-6  # turning per distance flown [rad/rad] of a kite that hardly steers at all
+
+
+class FigureEight:
+    """The eight as configured: angles in radians, `direction` of flight along s is +1.0 or -1.0."""
+
+    def __init__(self):
+        self.azimuth = 0.0
+        self.elevation = 0.0
+        self.half_width = 0.0
+        self.half_height = 0.0
+        self.direction = 1.0
+
+    def load(self, values):
+        """Take the parameters over from their `values`."""
+        self.azimuth = radians(values[EIGHT_AZIMUTH])
+        self.elevation = radians(values[EIGHT_ELEVATION])
+        self.half_width = radians(values[EIGHT_HALF_W])
+        self.half_height = radians(values[EIGHT_HALF_H])
+        self.direction = values[EIGHT_DIRECTION]
+
+    def at(self, s):
+        """Unit position at `s` and its derivative by s: (x, y, z, dx, dy, dz)."""
+        sin_s = sin(s)
+        cos_s = cos(s)
+        azimuth = self.azimuth + self.half_width * sin_s
+        elevation = self.elevation + self.half_height * 2.0 * sin_s * cos_s
+        azimuth_rate = self.half_width * cos_s
+        elevation_rate = self.half_height * 2.0 * (cos_s * cos_s - sin_s * sin_s)
+        cos_azimuth = cos(azimuth)
+        sin_azimuth = sin(azimuth)
+        cos_elevation = cos(elevation)
+        sin_elevation = sin(elevation)
+        inward = sin_elevation * elevation_rate
+        sideways = cos_elevation * azimuth_rate
+        return (
+            cos_elevation * cos_azimuth,
+            cos_elevation * sin_azimuth,
+            sin_elevation,
+            -inward * cos_azimuth - sideways * sin_azimuth,
+            sideways * cos_azimuth - inward * sin_azimuth,
+            cos_elevation * elevation_rate,
+        )
+
+    def geodesic_curvature(self, s):
+        """Turning per distance flown [rad/rad] at `s`, without the turning of the meridians themselves.
+
+        With east = cos(elevation) azimuth': (east elevation'' - east' elevation') / w^2 + east tan(elevation), over w,
+        the way for each s.
+        """
+        sin_s = sin(s)
+        cos_s = cos(s)
+        height = 2.0 * self.half_height
+        elevation = self.elevation + height * sin_s * cos_s
+        level = cos(elevation)
+        azimuth_rate = self.half_width * cos_s
+        elevation_rate = height * (cos_s * cos_s - sin_s * sin_s)
+        east = level * azimuth_rate
+        lift = sin(elevation) * azimuth_rate  # east tan(elevation)
+        square = elevation_rate * elevation_rate + east * east
+        turning = (level * self.half_width * sin_s + lift * elevation_rate) * elevation_rate
+        turning -= 4.0 * height * sin_s * cos_s * east
+        return (turning / square + lift) / sqrt(square)
+
+
+class CurveCheck:
+    """Whether a kite can fly an eight: a few points of it a call, so that no tick of a flight takes long.
+
+    The tightest turn that a kite can fly has the angular radius 1 / (line length * K * u_max), whatever its speed.
+    The eight's two halves are mirror images, so one of them is looked at: the one that lies further from downwind.
+    """
+
+    def __init__(self):
+        self._curve = FigureEight()
+        self._first = 0.0  # the s that the half begins with
+        self._next = 0
+        self._most_curvature = 0.0
+        self._curvature = 0.0
+        self._window = 0.0
+        self._window_angle = 0.0
+        self.done = False
+        self.problem = None  # in at most 50 characters, when done
+
+    def begin(self, values, line_length):
+        """Start on the eight of the parameters' `values`, flown on a line of `line_length` [m]."""
+        curve = self._curve
+        curve.load(values)
+        self._first = 0.0 if curve.azimuth >= 0.0 else pi
+        self._next = 0
+        self._curvature = 0.0
+        self._most_curvature = max(_LEAST_TURNING, line_length * values[TURN_K] * values[STEER_MAX])
+        self._window_angle = values[WINDOW_ANGLE]
+        self._window = cos(radians(values[WINDOW_ANGLE]))
+        self.problem = None
+        least = values[EIGHT_ELEVATION] - values[EIGHT_HALF_H]
+        if least < values[EIGHT_LEAST_EL]:
+            self.problem = "eight goes down to %.1f deg, least is %.1f" % (least, values[EIGHT_LEAST_EL])
+        elif values[EIGHT_ELEVATION] + values[EIGHT_HALF_H] > _HIGHEST:
+            self.problem = "eight goes over the zenith"
+        self.done = self.problem is not None
+
+    def advance(self):
+        """Look at the next few points."""
+        for _ in range(_POINTS_PER_CALL):
+            if self.done:
+                return
+            s = self._first + pi * self._next / _CHECKED_POINTS
+            if self._curve.at(s)[0] < self._window:
+                self.problem = "eight leaves the wind window of %.0f deg" % self._window_angle
+            curvature = abs(self._curve.geodesic_curvature(s))
+            if not curvature <= self._curvature:
+                self._curvature = curvature
+            self._next += 1
+            if self._next == _CHECKED_POINTS and self._curvature > self._most_curvature:
+                self.problem = "eight turns in %.1f deg, kite only in %.1f" % (
+                    degrees(1.0 / self._curvature), degrees(1.0 / self._most_curvature))
+            self.done = self.problem is not None or self._next == _CHECKED_POINTS

@@ -1,0 +1,192 @@
+"""Outer loop: the nearest point of the target curve, and the direction that leads onto it.
+
+J. H. Baayen, "Trajectory tracking control of kites with system delay" (2012), section 2.2.
+"""
+
+from math import atan, atan2, cos, pi, sin, sqrt
+
+from ..parameters.generated_parameters import FF_FILTER, OUTER_L
+from .sphere import wrap
+
+_ITERATIONS = 5
+_CLOSE_ENOUGH = 1e-4  # step in s at which the search ends [rad]
+_CLOSE_EACH_TICK = 3e-4  # the same, where each tick goes on with it
+_LONGEST_STEP = 0.2  # in s [rad], short enough not to reach another strand
+_SCAN_POINTS = 32
+_SCAN_STEP = 2.0 * pi / _SCAN_POINTS
+_LEAST_SHARE = 0.2  # of the distance to a turn's centre that a kite inside it keeps
+_COURSE_WEIGHT = 0.2  # how much flying the right way counts beside being near, when a strand is picked anew
+
+
+class GuidanceConfig:
+    """Settings of the outer loop: gain `l`, `filter_time` [s] of the target's rate."""
+
+    def __init__(self):
+        self.gain_l = 0.0
+        self.filter_time = 0.0
+
+    def load(self, values):
+        """Take the parameters over from their `values`."""
+        self.gain_l = values[OUTER_L]
+        self.filter_time = values[FF_FILTER]
+
+
+class Guidance:
+    """State of the outer loop; angles in radians, `cross_track` positive when the curve lies on the side gamma x T."""
+
+    def __init__(self, curve):
+        self.curve = curve
+        self.config = GuidanceConfig()
+        self.path_parameter = 0.0
+        self.target_course = 0.0
+        self.target_rate = 0.0  # [rad/s]
+        self.cross_track = 0.0
+        self.running = False  # True while a strand is followed
+        self._along = 0.0  # the curve's own direction, carried to the kite [rad]
+        self._side = 0.0  # t . gamma_t
+        self._cosine = 1.0  # of the distance
+        self._exact = False  # True when the target's rate is not from its change
+        self._pace = 0.0  # in s, from one tick to the next [rad]
+        self._close = _CLOSE_ENOUGH
+        self._scan_index = 0
+        self._scan_best = -9.0
+        self._scan_best_s = 0.0
+        self._candidate = None
+
+    def stop(self):
+        """Forget the strand: the next step picks the best one anew."""
+        self.running = False
+        self.target_rate = 0.0
+        self._pace = 0.0
+
+    def scan(self, frame, course):
+        """Look at one more point of the whole curve, so that a far kite finds its way without a costly search."""
+        if self._exact and self.running and abs(self.cross_track) < self.curve.half_height:
+            self._scan_index = 0  # on its strand, and each tick has enough to do
+            self._scan_best = -9.0
+            self._candidate = None
+            return
+        s = self._scan_index * _SCAN_STEP
+        x, y, z, dx, dy, dz = self.curve.at(s)
+        along = cos(course) * frame.up(dx, dy, dz) + sin(course) * frame.across(dx, dy)
+        along *= self.curve.direction / sqrt(dx * dx + dy * dy + dz * dz)
+        score = frame.x * x + frame.y * y + frame.z * z + _COURSE_WEIGHT * along
+        if score > self._scan_best:
+            self._scan_best = score
+            self._scan_best_s = s
+        self._scan_index += 1
+        if self._scan_index == _SCAN_POINTS:
+            self._candidate = self._scan_best_s
+            self._scan_index = 0
+            self._scan_best = -9.0
+
+    def step(self, frame, dt):
+        """Update the target for the kite at `frame`, `dt` [s] after the step before."""
+        followed = self.running
+        self._close = _CLOSE_ENOUGH
+        before = self.target_course
+        point = self._find(frame)
+        self._aim(frame, point)
+        if not (followed and self.running) or dt <= 0.0:
+            self.target_rate = 0.0
+        elif not self._exact:  # else the step before was at another place, and its rate holds
+            rate = wrap(self.target_course - before) / dt
+            self.target_rate += (rate - self.target_rate) * dt / (dt + self.config.filter_time)
+        self._exact = False
+        self._pace = 0.0
+        self.running = True
+
+    def step_exactly(self, kite):
+        """Update the target for a predicted `kite`, each tick; the target's rate is then no difference."""
+        before = self.path_parameter
+        self.path_parameter = before + self._pace  # so near that the search has little to do
+        self._close = _CLOSE_EACH_TICK
+        same = self.running
+        point = self._find(kite.frame)
+        self._pace = wrap(self.path_parameter - before) if same and self.running else 0.0
+        self._aim(kite.frame, point)
+        self.running = True
+        self.target_rate = self._turning(kite)
+        self._exact = True
+
+    def _turning(self, kite):
+        """Turning rate [rad/s], beyond the meridians', that keeps the turning-angle error as it is.
+
+        With the curve `-side` to the left of the kite's, chi the course against it and v the speed: the curve's
+        parallel through the kite turns by v cos(chi) (kappa cos - side) / (cos + kappa side), and the aim at it by
+        -L v sin(chi) cos / (1 + L^2 side^2), where kappa is the curve's geodesic curvature.
+        """
+        side = self._side
+        cosine = self._cosine
+        curvature = self.curve.direction * self.curve.geodesic_curvature(self.path_parameter)
+        chi = kite.course - self._along
+        gain = self.config.gain_l
+        slope = gain * side
+        parallel = (curvature * cosine - side) / max(_LEAST_SHARE, cosine + curvature * side)
+        return kite.speed * (cos(chi) * parallel - sin(chi) * gain * cosine / (1.0 + slope * slope))
+
+    def _find(self, frame):
+        """The nearest point, on the strand that is followed or on a better one; `running` tells whether the same."""
+        if not self.running and self._candidate is not None:
+            self.path_parameter = self._candidate
+        point = self._nearest(frame)
+        if self._candidate is not None and self._is_lost(frame, point):
+            self.running = False
+            self.path_parameter = self._candidate
+            point = self._nearest(frame)
+        return point
+
+    def _nearest(self, frame):
+        """Ascend the cosine of the distance from the last solution; return position and derivative there.
+
+        The first step is Gauss-Newton's, the next ones take the curvature from the change of the slope and stay
+        within twice Gauss-Newton's and within _LONGEST_STEP, so that the search stays on its strand.
+        """
+        curve = self.curve
+        s = self.path_parameter
+        step = last_slope = 0.0
+        for iteration in range(_ITERATIONS):
+            point = curve.at(s)
+            _, _, _, dx, dy, dz = point
+            slope = frame.x * dx + frame.y * dy + frame.z * dz
+            longest = abs(slope) / (dx * dx + dy * dy + dz * dz)
+            curvature = (last_slope - slope) / step if iteration and step else 0.0
+            if iteration and curvature > 0.0:
+                longest = min(2.0 * longest, abs(slope) / curvature)
+            longest = min(longest, _LONGEST_STEP)
+            step = longest if slope > 0.0 else -longest
+            last_slope = slope
+            s += step
+            if longest < self._close:
+                break
+        else:
+            point = curve.at(s)
+        self.path_parameter = s % (2.0 * pi)
+        return point
+
+    def _is_lost(self, frame, point):
+        """True when the kite is further off than the eight is wide and the scan knows a much nearer place."""
+        distance = frame.distance_to(point[0], point[1], point[2])
+        if distance < self.curve.half_width:
+            return False
+        other = self.curve.at(self._candidate)
+        return frame.distance_to(other[0], other[1], other[2]) < 0.7 * distance
+
+    def _aim(self, frame, point):
+        """Target turning angle: T + L (t . gamma_t) t, with T the curve's tangent carried to the kite."""
+        x, y, z, dx, dy, dz = point
+        scale = self.curve.direction / sqrt(dx * dx + dy * dy + dz * dz)
+        cosine = frame.x * x + frame.y * y + frame.z * z
+        up = frame.up(x, y, z)
+        across = frame.across(x, y)
+        # Carried along the geodesic: T = T_t - (gamma . T_t) / (1 + gamma . gamma_t) (gamma + gamma_t).
+        carry = (frame.x * dx + frame.y * dy + frame.z * dz) / (1.0 + max(cosine, -0.999))
+        tangent_up = (frame.up(dx, dy, dz) - carry * up) * scale
+        tangent_across = (frame.across(dx, dy) - carry * across) * scale
+        side = tangent_up * across - tangent_across * up  # t . gamma_t with t = gamma x T
+        self._along = atan2(tangent_across, tangent_up)
+        self._side = side
+        self._cosine = cosine
+        self.target_course = wrap(self._along + atan(self.config.gain_l * side))
+        distance = atan2(sqrt(up * up + across * across), cosine)
+        self.cross_track = distance if side >= 0.0 else -distance

@@ -1,0 +1,121 @@
+"""Inner loop: from the turning-angle error to steering, within limits.
+
+J. H. Baayen, "Trajectory tracking control of kites with system delay" (2012), section 2.1 and proposition 4.1.
+"""
+
+from math import cos, pi, sin
+
+from ..mavlink.generated_messages import KITE_STATUS_AIRSPEED_FLOOR, KITE_STATUS_SATURATED, KITE_STATUS_SLEWED
+from ..parameters.generated_parameters import (
+    AIRSPEED_MIN,
+    FF_GAIN,
+    GRAVITY_C,
+    INNER_P,
+    STEER_MAX,
+    STEER_RATE,
+    TURN_K,
+    TURN_OFFSET,
+)
+from .sphere import wrap
+
+
+class SteeringConfig:
+    """Settings of the inner loop; see parameters.toml for units."""
+
+    def __init__(self):
+        self.gain_p = 0.0
+        self.feed_forward = 0.0
+        self.turn_k = 1.0
+        self.turn_offset = 0.0
+        self.gravity_c = 0.0
+        self.airspeed_min = 1.0
+        self.limit = 1.0
+        self.rate_limit = 0.0
+
+    def load(self, values):
+        """Take the parameters over from their `values`."""
+        self.gain_p = values[INNER_P]
+        self.feed_forward = values[FF_GAIN]
+        self.turn_k = values[TURN_K]
+        self.turn_offset = values[TURN_OFFSET]
+        self.gravity_c = values[GRAVITY_C]
+        self.airspeed_min = values[AIRSPEED_MIN]
+        self.limit = values[STEER_MAX]
+        self.rate_limit = values[STEER_RATE]
+
+
+class Steering:
+    """State of the inner loop: `asked`, the steering in [-1, 1], and what limited it in `status`."""
+
+    def __init__(self):
+        self.config = SteeringConfig()
+        self.asked = 0.0
+        self.error = 0.0  # turning-angle error [rad]
+        self.status = 0
+
+    def follow(self, target_course, target_rate, kite, dt):
+        """Steer the `kite` (an estimate) towards `target_course` [rad], which turns at `target_rate` [rad/s].
+
+        u = (n (FF_GAIN d(theta_t)/dt + P wrap(theta_t - theta)) - gravity - offset) / (K Va), with n the kite's
+        `turning_ratio` of nose to course, 1 for an estimate.
+        """
+        config = self.config
+        self.status = 0
+        airspeed = kite.airspeed
+        if airspeed < config.airspeed_min:
+            airspeed = config.airspeed_min
+            self.status = KITE_STATUS_AIRSPEED_FLOOR
+        error = self.error = wrap(target_course - kite.course)
+        rate = config.feed_forward * target_rate
+        own = 0.0  # turning by gravity
+        if config.gravity_c:
+            own = config.gravity_c / airspeed * sin(kite.heading) * cos(kite.elevation)
+        full = config.turn_k * airspeed
+        if kite.turning_slew:
+            needed = kite.turning_ratio * rate - config.turn_offset - own
+            most = full * config.limit
+            error -= _still_turning(kite, max(-most, min(most, needed)))
+        rate += config.gain_p * error
+        rate = kite.turning_ratio * rate - config.turn_offset - own
+        self._limit(rate / full, dt)
+
+    def hold(self, steering, dt):
+        """Ask for `steering` as given, within the limits."""
+        self.status = 0
+        self.error = 0.0
+        self._limit(steering, dt)
+
+    def release(self):
+        """Ask for neutral steering, at once: nobody steers."""
+        self.status = 0
+        self.error = 0.0
+        self.asked = 0.0
+
+    def _limit(self, wanted, dt):
+        config = self.config
+        if wanted != wanted:  # not a number steers nowhere  # noqa: PLR0124
+            wanted = 0.0
+        asked = _within(wanted, config.limit)
+        if asked != wanted:
+            self.status |= KITE_STATUS_SATURATED
+        if config.rate_limit:
+            before = _within(self.asked, config.limit)  # a limit that was lowered holds at once
+            most = config.rate_limit * dt
+            if abs(asked - before) > most:
+                asked = before + (most if asked > before else -most)
+                self.status |= KITE_STATUS_SLEWED
+        self.asked = asked
+
+
+def _within(value, limit):
+    """`value`, or the limit that it is beyond."""
+    return limit if value > limit else -limit if value < -limit else value
+
+
+def _still_turning(kite, needed):
+    """How far the course turns [rad] beyond the target while an actuator with a rate limit comes to what is needed.
+
+    It goes from the `steered_turning` that it makes to `needed` [rad/s of the nose] at its `turning_slew`.
+    """
+    surplus = kite.steered_turning - needed
+    return max(-pi, min(pi, 0.5 * surplus * abs(surplus) / (kite.turning_slew * kite.turning_ratio)))

@@ -1,0 +1,106 @@
+"""The turning-rate constant K found in flight, by recursive least squares with forgetting.
+
+Over blocks of a quarter of a second, the turning of the kite (the meridians' and gravity's taken away) is held against
+what K = TURN_K would have made of airspeed and steering: the line's slope is the factor between the two constants, and
+its offset, which is found too, a steady turning that is not the steering's.
+"""
+
+from math import sin
+
+from ..mavlink.generated_messages import KITE_VALID_HEADING
+from ..parameters.generated_parameters import AIRSPEED_MIN, GRAVITY_C, K_ADAPT, K_BOUND, TURN_K
+from .sphere import wrap
+
+_BLOCK = 0.25  # [s]
+_LONGEST_GAP = 0.2  # between two samples, beyond which the turning between them is not known well [s]
+_MEMORY = 48  # blocks
+_PRIOR = 2  # blocks that the start counts for
+_PRIOR_SPREAD = 4e-4  # variance of the expected turning in them [rad^2]
+_LEAST_TURNING = 0.1  # that steering makes beyond its mean; a block with less teaches nothing [rad/s]
+_MOST_TURNING = 2.0  # in a block; more is an error of the sensor [rad]
+
+
+class TurnKEstimate:
+    """`value` [rad/m] is the estimate, within bounds; `in_use` whether the control laws are to fly with it."""
+
+    def __init__(self):
+        self.value = 0.0
+        self.in_use = False
+        self._turn_k = 0.0
+        self._bound = 1.0
+        self._gravity_c = 0.0
+        self._airspeed_min = 1.0
+        self._blocks = _PRIOR
+        self._mean_expected = 0.0
+        self._mean_turned = 0.0
+        self._spread = _PRIOR_SPREAD
+        self._together = _PRIOR_SPREAD  # covariance of expected and actual turning
+        self._time = 0.0  # the block so far
+        self._expected = 0.0
+        self._turned = 0.0
+        self._direction = 0.0  # at the last sample
+        self._drive = 0.0
+        self._usable = False  # there is a last sample
+
+    def load(self, values):
+        """Take the parameters over from their `values`; what was learnt stays, whatever TURN_K is now."""
+        turn_k = values[TURN_K]
+        if self._turn_k and turn_k != self._turn_k:
+            scale = turn_k / self._turn_k
+            self._mean_expected *= scale
+            self._spread *= scale * scale
+            self._together *= scale
+            self._usable = False
+        self._turn_k = turn_k
+        self._bound = values[K_BOUND]
+        self._gravity_c = values[GRAVITY_C]
+        self._airspeed_min = values[AIRSPEED_MIN]
+        self.in_use = values[K_ADAPT] > 0.0
+        self._conclude()
+
+    def take(self, kite, steering):
+        """Use a new sample of the `kite`, an estimate, and the actual `steering` at its time."""
+        dt = kite.interval
+        drive = self._turn_k * kite.airspeed * steering
+        direction = kite.heading if kite.valid & KITE_VALID_HEADING else kite.course
+        if not self._usable or kite.coasting or not 0.0 < dt <= _LONGEST_GAP:
+            self._begin_block()
+        else:
+            turned = wrap(direction - self._direction + kite.meridian_turning)
+            if self._gravity_c:
+                gravity = self._gravity_c / max(kite.airspeed, self._airspeed_min)
+                turned -= gravity * sin(kite.heading) * kite.frame.e1z * dt
+            self._turned += turned
+            self._expected += 0.5 * (drive + self._drive) * dt
+            self._time += dt
+        self._drive = drive
+        self._direction = direction
+        self._usable = not kite.coasting
+        if self._time >= _BLOCK:
+            self._learn()
+            self._begin_block()
+
+    def _begin_block(self):
+        self._time = self._expected = self._turned = 0.0
+
+    def _learn(self):
+        """One step of the recursion, with the block that has come to its end."""
+        scale = _BLOCK / self._time
+        beyond = self._expected * scale - self._mean_expected
+        turned = self._turned * scale - self._mean_turned
+        if abs(beyond) < _LEAST_TURNING * _BLOCK:
+            return
+        if abs(self._turned) > _MOST_TURNING or abs(self._expected) > _MOST_TURNING * self._bound:
+            return
+        self._blocks = min(self._blocks + 1, _MEMORY)
+        weight = 1.0 / self._blocks
+        keep = 1.0 - weight
+        self._mean_expected += weight * beyond
+        self._mean_turned += weight * turned
+        self._spread = keep * (self._spread + weight * beyond * beyond)
+        self._together = keep * (self._together + weight * beyond * turned)
+        self._conclude()
+
+    def _conclude(self):
+        factor = self._together / self._spread
+        self.value = self._turn_k * max(1.0 / self._bound, min(self._bound, factor))

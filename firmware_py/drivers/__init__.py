@@ -1,0 +1,1 @@
+"""Sensors and actuators at a board's pins."""

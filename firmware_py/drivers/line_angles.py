@@ -1,0 +1,87 @@
+"""Sensors of a kite on a line whose azimuth and elevation two AS5600 encoders measure at the ground.
+
+They give the position and nothing else. A step of 1.5 mrad is as large as a kite's way in a tick: the estimator takes
+the course from positions COURSE_WINDOW apart.
+"""
+
+from math import pi
+
+from ..clock import ticks_diff
+from ..mavlink.generated_messages import KITE_VALID_AZIMUTH, KITE_VALID_ELEVATION
+from .as5600 import STEPS
+
+_POSITION = KITE_VALID_AZIMUTH | KITE_VALID_ELEVATION
+_HALF = STEPS // 2
+_RADIANS = 2.0 * pi / STEPS
+_LEAST_ELEVATION = -114  # [steps]: 10 deg below the horizon, where a kite on the ground hangs its line
+_GREATEST_ELEVATION = STEPS // 4
+_SLACK = 4  # [steps] that two readings may differ by, however short the time
+_STEP_US = 300  # a line turns by no more than a step in this time: 293 deg/s
+_FORGET_US = 500000  # after so long without a good reading the next one is believed wherever it is
+
+NO_ANSWER = 0
+NO_MAGNET = 1
+OUT_OF_RANGE = 2
+JUMP = 3
+
+
+class Axis:
+    """One angle of the line: an `encoder`, its raw reading at zero, and 1 or -1 for the way it counts."""
+
+    def __init__(self, encoder, zero, direction):
+        self._encoder = encoder
+        self._zero = zero
+        self._direction = direction
+        self.fault = NO_ANSWER
+
+    def read(self):
+        """The angle in steps, -2048 to 2047, or None with the reason in `fault`."""
+        if not self._encoder.read():
+            self.fault = NO_ANSWER
+        elif not self._encoder.has_magnet():
+            self.fault = NO_MAGNET
+        else:
+            return ((self._encoder.raw - self._zero) * self._direction + _HALF) % STEPS - _HALF
+        return None
+
+
+class LineAngles:
+    """The board's sensors; `refused` counts the readings that made no sample, by what was wrong with them."""
+
+    def __init__(self, azimuth, elevation):
+        self._azimuth = azimuth
+        self._elevation = elevation
+        self._last = None  # (time, azimuth, elevation) of the last good reading, in steps
+        self.refused = [0, 0, 0, 0]
+
+    def sample(self, now):
+        """Values of KITE_SENSORS in wire order, or None when a reading is missing or cannot be."""
+        azimuth = self._read(self._azimuth)
+        elevation = self._read(self._elevation)
+        if azimuth is None or elevation is None:
+            return None
+        if not _LEAST_ELEVATION <= elevation <= _GREATEST_ELEVATION:
+            self.refused[OUT_OF_RANGE] += 1
+            return None
+        if self._is_jump(azimuth, elevation, now):
+            self.refused[JUMP] += 1
+            return None
+        self._last = (now, azimuth, elevation)
+        return (now, azimuth * _RADIANS, elevation * _RADIANS, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, _POSITION)
+
+    def _read(self, axis):
+        steps = axis.read()
+        if steps is None:
+            self.refused[axis.fault] += 1
+        return steps
+
+    def _is_jump(self, azimuth, elevation, now):
+        if self._last is None:
+            return False
+        then, last_azimuth, last_elevation = self._last
+        passed = ticks_diff(now, then)
+        if not 0 <= passed <= _FORGET_US:
+            return False
+        most = _SLACK + passed // _STEP_US
+        around = (azimuth - last_azimuth + _HALF) % STEPS - _HALF
+        return abs(around) > most or abs(elevation - last_elevation) > most

@@ -1,0 +1,114 @@
+"""The firmware's one link: MAVLink frames over a transport of bytes."""
+
+from .budget import LinkBudget
+from .decoder import Decoder
+from .encoder import LONGEST_FRAME, Encoder
+from .generated_messages import (
+    HIL_ACTUATOR_CONTROLS,
+    KITE_SENSORS,
+    KITE_STATE,
+    KITE_TICK,
+    KITE_TICK_END,
+    MAV_COMP_ID_AUTOPILOT1,
+    MAV_COMP_ID_USER1,
+    MAV_COMP_ID_USER2,
+)
+
+_DATAGRAM = 1120  # frames are gathered until they pass this size [bytes]; one more still fits a network packet
+_BYTES_AT_ONCE = 16384
+
+
+class MavlinkLink:
+    """Moves messages between an inbox and a transport.
+
+    The transport has `read() -> bytes or None`, `write(memoryview)`, and `datagrams`: True where bytes arrive in
+    whole datagrams. A frame never spans two of them. It may have `bytes_per_s`, where its line carries no more, and
+    `from_peer`: False where the last bytes came from somebody else than the peer that is configured. Samples and ticks
+    of a bridge are taken from that peer only, and ticks only in `lockstep`.
+
+    Three components number their frames apart, as a ground station counts what is missing by component: the autopilot
+    itself; 25, whose KITE_STATE most ground stations do not know; 26, whose frames the bridge takes off.
+    """
+
+    def __init__(self, transport):
+        self.decoder = Decoder()
+        self.decoder.own_component = MAV_COMP_ID_AUTOPILOT1
+        self.budget = LinkBudget(getattr(transport, "bytes_per_s", 0))
+        self.refused = 0  # samples and ticks of others than the peer, ticks in real time
+        self._encoder = Encoder(1, MAV_COMP_ID_AUTOPILOT1)
+        self._own_encoder = Encoder(1, MAV_COMP_ID_USER1)
+        self._control_encoder = Encoder(1, MAV_COMP_ID_USER2)
+        self.lockstep = False  # true where the bridge's ticks run the loop
+        self._transport = transport
+        self._out = bytearray(_DATAGRAM + LONGEST_FRAME)
+        self._out_view = memoryview(self._out)
+        self._filled = 0
+        self.set_system(1)
+
+    def set_system(self, system):
+        """Be this system from now on."""
+        self.decoder.own_system = system
+        for encoder in (self._encoder, self._own_encoder, self._control_encoder):
+            encoder.system = system
+
+    def receive(self, inbox, most=_BYTES_AT_ONCE):
+        """Put what has arrived for us into `inbox`, up to a lockstep tick; return the bytes taken.
+
+        Nothing more is read once `most` bytes were.
+        """
+        decoder = self.decoder
+        transport = self._transport
+        whole = transport.datagrams
+        taken = 0
+        while taken < most:
+            data = transport.read()
+            if not data:
+                break
+            taken += len(data)
+            decoder.feed(data)
+            while decoder.next_frame(whole):
+                message = decoder.message
+                if message in (KITE_SENSORS, KITE_TICK) and not self._is_of_the_bridge(message):
+                    self.refused += 1
+                else:
+                    inbox.put(message, decoder.values, decoder.system, decoder.component, decoder.sequence)
+            if inbox.tick is not None:
+                break
+        return taken
+
+    def _is_of_the_bridge(self, message):
+        """True if a sample or tick came from where it may come, and is of use."""
+        return getattr(self._transport, "from_peer", True) and (message != KITE_TICK or self.lockstep)
+
+    def send(self, message, values):
+        """Queue a frame of `message` with `values` in wire order; return its size [bytes]."""
+        if message in (HIL_ACTUATOR_CONTROLS, KITE_TICK_END):
+            encoder = self._control_encoder
+        else:
+            encoder = self._own_encoder if message == KITE_STATE else self._encoder
+        before = self._filled
+        self._filled = encoder.encode(self._out, before, message, values)
+        size = self._filled - before
+        self.budget.spend(size)
+        if self._filled > _DATAGRAM:
+            self.flush()
+        return size
+
+    def answer(self, message, values):
+        """Send what somebody asked for; whoever calls has asked `budget.has_answer_room` first."""
+        self.budget.spend_on_answer(self.send(message, values))
+
+    def flush(self):
+        """Hand what is queued to the transport."""
+        if self._filled:
+            self._transport.write(self._out_view[: self._filled])
+            self._filled = 0
+
+    def counters(self):
+        """(bad CRC, of no use here, lost by sequence number, bytes dropped), since start.
+
+        Of no use are unknown messages, those for others, and samples and ticks from where they may not come.
+        """
+        decoder = self.decoder
+        useless = decoder.unknown + decoder.foreign + self.refused
+        return decoder.bad_crc, useless, decoder.lost, decoder.overflowed

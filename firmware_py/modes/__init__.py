@@ -1,0 +1,1 @@
+"""Which mode holds, and what happens when samples, the ground station or height are missing."""

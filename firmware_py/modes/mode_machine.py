@@ -1,0 +1,161 @@
+"""Modes, arming, and what happens when something is missing: samples, the ground station, height."""
+
+from math import radians
+
+from ..mavlink.generated_messages import (
+    KITE_MODE_MANUAL,
+    KITE_MODE_PARK,
+    KITE_MODE_STANDBY,
+    KITE_MODE_TRACK,
+    MAV_SEVERITY_CRITICAL,
+    MAV_SEVERITY_INFO,
+    MAV_SEVERITY_WARNING,
+)
+from ..parameters.generated_parameters import GCS_LOST_TIME, MANUAL_TIME, PARK_ELEVATION, RESUME_TRACK
+
+_FRESH_US = 500000  # samples must keep coming for this long before they are trusted again
+_NEVER = -1
+_FOREVER_US = 1 << 29  # silences are counted no further
+NAMES = ("STANDBY", "MANUAL", "PARK", "TRACK")
+
+
+class ModeMachine:
+    """`mode` is one of the KITE_MODE values; `stale` is True while an armed kite has no samples to be steered by.
+
+    What follows from both is a table in docs/modes.md. `say(severity, text)` is called with what the operator should
+    read, at most 50 characters. Silences are counted up tick by tick: the clock may wrap, or jump.
+    """
+
+    def __init__(self, parameters, kite, say):
+        self._values = parameters.values
+        self._kite = kite
+        self._say = say
+        self.mode = KITE_MODE_STANDBY
+        self.stale = False
+        self.manual_steering = 0.0
+        self._manual_silence_us = 0
+        self._fresh_us = _NEVER  # for how long samples have been accepted without a gap
+        self._station_heard = False
+        self._station_silence_us = 0
+        self._station_silent = False  # and what follows from it was done
+
+    def armed(self):
+        """True in every mode but STANDBY."""
+        return self.mode != KITE_MODE_STANDBY
+
+    def arm(self, curve_problem):
+        """Arm into PARK; return None, or why not. Nothing happens when armed already.
+
+        `curve_problem` is why the target curve cannot be flown, or None.
+        """
+        self._hear_operator()
+        if self.armed():
+            return None
+        reason = "no samples from the kite" if self._kite.is_stale() else curve_problem
+        if reason is None:
+            self._enter(KITE_MODE_PARK, "armed")
+        return reason
+
+    def disarm(self):
+        """Go to STANDBY."""
+        self._hear_operator()
+        if self.armed():
+            self._enter(KITE_MODE_STANDBY, "disarmed")
+
+    def recover(self):
+        """Fly on in PARK after a reset in flight: armed, and neutral until samples have come for a while."""
+        self.stale = True
+        self._enter(KITE_MODE_PARK, "back after a reset", MAV_SEVERITY_CRITICAL)
+
+    def command(self, mode, curve_problem):
+        """Change to `mode` as an operator asked; return None, or why not. PARK and MANUAL are open to any armed kite.
+
+        `curve_problem` is why the target curve cannot be flown, or None.
+        """
+        self._hear_operator()
+        if not 0 <= mode < len(NAMES):
+            return "no such mode"
+        if mode == KITE_MODE_STANDBY:
+            self.disarm()
+            return None
+        if not self.armed():
+            return "arm first"
+        if mode == KITE_MODE_TRACK and (self.stale or mode != self.mode):
+            problem = "samples are stale" if self.stale else curve_problem
+            if problem is not None:
+                return problem
+        if mode != self.mode:
+            self._manual_silence_us = 0
+            self.manual_steering = 0.0
+            self._enter(mode, "")
+        return None
+
+    def hear_station(self):
+        """A ground station's heartbeat arrived."""
+        self._station_heard = True
+        self._hear_operator()
+
+    def hear_manual(self, steering):
+        """MANUAL_CONTROL arrived with `steering` in [-1, 1]."""
+        self.manual_steering = steering
+        self._manual_silence_us = 0
+        self._hear_operator()
+
+    def update(self, elapsed_us, missing, fresh):
+        """Look once a tick at everything that may be missing; `elapsed_us` since the last look.
+
+        `missing`: no accepted sample was fresh enough when this tick began. `fresh`: it has brought one.
+        """
+        self._manual_silence_us = min(self._manual_silence_us + elapsed_us, _FOREVER_US)
+        self._station_silence_us = min(self._station_silence_us + elapsed_us, _FOREVER_US)
+        self._watch_samples(elapsed_us, missing, fresh)
+        if not self.armed():
+            return
+        values = self._values
+        if self.mode == KITE_MODE_MANUAL and self._manual_silence_us > int(values[MANUAL_TIME] * 1e6):
+            self._park("no MANUAL_CONTROL")
+        self._watch_station(values[GCS_LOST_TIME])
+        if self.mode == KITE_MODE_TRACK and not self.stale and self._too_low(values[PARK_ELEVATION]):
+            self._park("too low")
+
+    def _watch_samples(self, elapsed_us, missing, fresh):
+        if missing:
+            self._fresh_us = _NEVER
+        if self._fresh_us != _NEVER:
+            self._fresh_us = min(self._fresh_us + elapsed_us, _FOREVER_US)
+        elif fresh:
+            self._fresh_us = 0
+        if not self.armed():
+            return
+        if missing and not self.stale:
+            self.stale = True
+            what = "is the pilot's" if self.mode == KITE_MODE_MANUAL else "neutral"
+            self._say(MAV_SEVERITY_CRITICAL, "samples stale: steering " + what)
+        elif self.stale and fresh and self._fresh_us >= _FRESH_US:
+            self.stale = False
+            goes_on = self.mode != KITE_MODE_TRACK or self._values[RESUME_TRACK]
+            self._enter(self.mode if goes_on else KITE_MODE_PARK, "samples fresh again")
+
+    def _watch_station(self, limit_s):
+        """A silence acts once; a station that is heard again begins another."""
+        if not self._station_heard or not limit_s:
+            self._station_silent = False
+        elif not self._station_silent and self._station_silence_us > int(limit_s * 1e6):
+            self._station_silent = True
+            self._park("ground station silent")
+
+    def _hear_operator(self):
+        self._station_silence_us = 0
+        self._station_silent = False
+
+    def _too_low(self, least_deg):
+        return least_deg and self._kite.elevation < radians(least_deg)
+
+    def _park(self, why):
+        self._enter(KITE_MODE_PARK, why, MAV_SEVERITY_WARNING)
+
+    def _enter(self, mode, why, severity=MAV_SEVERITY_INFO):
+        self.mode = mode
+        if mode == KITE_MODE_STANDBY:
+            self.stale = False
+        self._say(severity, why + ": " + NAMES[mode] if why else "mode " + NAMES[mode])

@@ -1,0 +1,163 @@
+"""Keeps the parameters: on flash across a loss of power, in retained memory across a watchdog reset in flight."""
+
+from ..boards.interface import WATCHDOG
+from ..mavlink.generated_messages import MAV_SEVERITY_INFO, MAV_SEVERITY_WARNING
+from .generated_parameters import PARAMETERS
+from .retained import Recovery
+from .store import ParameterStore
+
+_SETTLE_US = 1000000  # flash is written when nothing has changed for this long: a set of gains comes one by one
+_WRITES = 8  # to flash, one after the other: a sector stands some 100,000, and a station may set things on and on
+_WRITE_AGAIN_US = 60000000  # after them, one in this time
+_STATIONS = 8  # ground stations that are told what happened at the start
+
+
+class Keeper:
+    """Loads at the start, then looks once a tick whether there is something to keep.
+
+    `storage` and `retained` are a board's (boards/interface.py); each may be None. Flash is never written while armed.
+    """
+
+    def __init__(self, parameters, modes, storage, retained, say):
+        self.store = None if storage is None else ParameterStore(storage)
+        self._recovery = None if retained is None else Recovery(retained)
+        self._parameters = parameters
+        self._modes = modes
+        self._say = say
+        self._report = []  # (severity, text): what happened at the start
+        self._greeted = []  # system ids of the ground stations that were told
+        self._unsaved = False
+        self._version = -1  # of the parameters, when last kept
+        self._armed = None  # when last kept; None makes the first tick keep
+        self._quiet_us = 0  # since the last change
+        self._writes_left = _WRITES
+        self._earning_us = 0  # towards the next write
+        self._told_spared = False
+
+    def start(self, reset_cause):
+        """Load the parameters; after a watchdog reset in flight also fly on. None: there was no reset to tell of."""
+        if reset_cause is not None:
+            severity = MAV_SEVERITY_WARNING if reset_cause == WATCHDOG else MAV_SEVERITY_INFO
+            self._report.append((severity, "reset: " + reset_cause))
+        was_armed = self._recover() if reset_cause == WATCHDOG else None
+        if was_armed is None:
+            self._load()
+        else:
+            self._report.append((MAV_SEVERITY_WARNING, "parameters as before the reset"))
+            self._unsaved = self.store is not None
+        for severity, text in self._report:
+            self._say(severity, text)
+        if was_armed:
+            self._modes.recover()
+        self._keep()  # at once: what an earlier flight left there must not be taken for this one
+
+    def update(self, elapsed_us):
+        """Keep what has changed; `elapsed_us` since the last call. Next to nothing to do where nothing has changed."""
+        if self._writes_left < _WRITES:
+            self._earning_us += elapsed_us
+            if self._earning_us >= _WRITE_AGAIN_US:
+                self._earning_us = 0
+                self._writes_left += 1
+        armed = self._modes.armed()
+        version = self._parameters.version
+        if version != self._version or armed != self._armed:
+            if version != self._version:
+                self._unsaved = self.store is not None
+            self._quiet_us = 0
+            self._armed = armed
+            self._keep()
+        elif self._unsaved and not armed:
+            self._quiet_us += elapsed_us
+            if self._quiet_us >= _SETTLE_US:
+                self._quiet_us = 0
+                self.save()
+
+    def greet(self, system):
+        """A ground station of this `system` id is there: tell it once what happened at the start."""
+        if system not in self._greeted and len(self._greeted) < _STATIONS:
+            self._greeted.append(system)
+            for severity, text in self._report:
+                self._say(severity, text)
+
+    def save(self):
+        """Write the parameters to flash; return False if that failed, is put off to spare it, or while armed."""
+        if self.store is None or self._modes.armed():
+            return False
+        if self.store.holds(self._parameters):
+            self._unsaved = False
+            return True
+        if not self._writes_left:
+            self._unsaved = True
+            if not self._told_spared:
+                self._told_spared = True
+                self._say(MAV_SEVERITY_WARNING, "parameters saved later: flash spared")
+            return False
+        self._writes_left -= 1
+        self._unsaved = self._told_spared = False
+        saved = self.store.save(self._parameters)
+        if saved:
+            self._say(MAV_SEVERITY_INFO, "parameters saved")
+        else:
+            self._say(MAV_SEVERITY_WARNING, "parameters not saved: storage failed")
+        return saved
+
+    def read_back(self):
+        """Take all parameters from flash, as at a start; return False if none are stored, or while armed."""
+        if self.store is None or self._modes.armed():
+            return False
+        report = self.store.load(self._parameters)
+        for severity, text in describe(report):
+            self._say(severity, text)
+        if report.found:
+            self._unsaved = False
+            self._keep()
+        return report.found
+
+    def reset(self):
+        """Set all parameters to their defaults, on flash too; return False if that failed, or while armed."""
+        if self.store is None or self._modes.armed():
+            return False
+        for index in range(len(PARAMETERS)):
+            self._parameters.set(index, PARAMETERS[index][1])
+        self._keep()
+        return self.save()
+
+    def _keep(self):
+        """Bring the retained memory up to date."""
+        self._version = self._parameters.version
+        if self._recovery is not None:
+            self._recovery.write(self._parameters, self._modes.armed())
+
+    def _recover(self):
+        """Take the parameters from retained memory; return whether the kite was armed, None where nothing is kept."""
+        if self._recovery is None:
+            return None
+        was_armed = self._recovery.load(self._parameters)
+        if was_armed is None:
+            self._report.append((MAV_SEVERITY_WARNING, "nothing kept from before the reset"))
+        return was_armed
+
+    def _load(self):
+        """Take the parameters from flash."""
+        if self.store is not None:
+            self._report += describe(self.store.load(self._parameters))
+
+
+def describe(report):
+    """A LoadReport as texts of at most 50 characters: (severity, text)."""
+    texts = []
+    if report.found:
+        texts.append((MAV_SEVERITY_INFO, "%d parameters from storage" % report.loaded))
+    else:
+        texts.append((MAV_SEVERITY_INFO, "no parameters in storage"))
+    if report.damaged:
+        texts.append((MAV_SEVERITY_WARNING, "%d of 2 parameter slots damaged" % report.damaged))
+    for names, what in (
+        (report.unknown, "left out, unknown here: "),
+        (report.refused, "left out, out of range: "),
+        (report.missing, "not stored, at default: "),
+    ):
+        if names:
+            more = " +%d" % (len(names) - 1) if len(names) > 1 else ""
+            texts.append((MAV_SEVERITY_WARNING, what + names[0] + more))
+    return texts

@@ -1,0 +1,45 @@
+"""What a flight needs to go on after a watchdog reset, in memory that such a reset leaves alone.
+
+Parameters that were changed in flight are not on flash yet, and the board must know that it was flying.
+"""
+
+import struct
+
+from ..mavlink.crc import START, crc_bytes
+from ..mavlink.generated_messages import CONTRACT_HASH
+from .generated_parameters import PARAMETERS
+
+_CONTRACT = CONTRACT_HASH.encode()  # another firmware's values would be misread
+_LAYOUT = "<16sB%df" % len(PARAMETERS)
+_VALUES = 2  # index of the first value in what _LAYOUT gives
+
+
+class Recovery:
+    """Over `retained`: read() -> bytes, write(data); some 20 bytes and 4 for each parameter are used."""
+
+    def __init__(self, retained):
+        self._retained = retained
+        self._end = struct.calcsize(_LAYOUT)
+        self._buffer = bytearray(self._end + 2)
+
+    def write(self, parameters, armed):
+        """Keep all values, and whether the kite flies. Takes a board 2 ms: call it on a change, not each tick."""
+        buffer = self._buffer
+        struct.pack_into(_LAYOUT, buffer, 0, _CONTRACT, armed, *parameters.values)
+        struct.pack_into("<H", buffer, self._end, crc_bytes(buffer, 0, self._end, START))
+        self._retained.write(buffer)
+
+    def load(self, parameters):
+        """Set `parameters` to what was kept; return whether the kite was armed, or None where nothing valid is."""
+        data = self._retained.read()
+        end = self._end
+        if len(data) < end + 2 or struct.unpack_from("<H", data, end)[0] != crc_bytes(data, 0, end, START):
+            return None
+        kept = struct.unpack_from(_LAYOUT, data, 0)
+        if kept[0] != _CONTRACT:
+            return None
+        for index in range(len(PARAMETERS)):
+            value = kept[_VALUES + index]
+            if not parameters.refusal(index, value, False):
+                parameters.set(index, value)
+        return bool(kept[1])

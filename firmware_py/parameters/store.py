@@ -1,0 +1,154 @@
+"""The parameters on flash: two slots, of which a power cut can spoil neither.
+
+A record is a header (magic, generation, count), `count` entries (name, value) and a CRC-16 over all of it. The values
+are float32, byte by byte as they were set. The newest whole record counts. A save goes into a temporary file, which
+then takes the place of the other slot: whenever the power fails, the last set that was stored is still there, whole.
+"""
+
+import struct
+
+from ..mavlink.crc import START, crc_bytes
+from .generated_parameters import PARAMETERS, READ_ONLY
+from .values import UNKNOWN
+
+SLOTS = ("parameters_a.bin", "parameters_b.bin")
+TEMPORARY = "parameters.tmp"
+_MAGIC = b"KPR1"
+_HEADER = "<4sIH"
+_HEADER_BYTES = 10
+_ENTRY = "<16sf"
+_ENTRY_BYTES = 20
+_CRC_BYTES = 2
+
+
+class LoadReport:
+    """What came of a load; names are str."""
+
+    def __init__(self):
+        self.found = False  # there was a whole record
+        self.damaged = 0  # slots that hold something else
+        self.loaded = 0  # values taken
+        self.unknown = []  # stored, but there is no such parameter here
+        self.refused = []  # stored with a value that is out of range here, or read-only here
+        self.missing = []  # not stored: at its default
+
+
+class ParameterStore:
+    """Over `storage`, small files as described in boards/interface.py, where a rename replaces a file in one step."""
+
+    def __init__(self, storage):
+        self._storage = storage
+
+    def load(self, parameters):
+        """Set `parameters` to what is stored, and to their defaults where nothing usable is; return a LoadReport.
+
+        Where no whole record is found, nothing is set.
+        """
+        report = LoadReport()
+        record = self._newest(report)[0]
+        if record is not None:
+            report.found = True
+            values = self._unpack(record, parameters, report)
+            for index in range(len(values)):
+                parameters.set(index, values[index])
+        return report
+
+    def holds(self, parameters):
+        """True if the newest record has them all as they are."""
+        newest, _, generation = self._newest(LoadReport())
+        return newest is not None and _entries(newest) == _entries(_pack(parameters, generation))
+
+    def save(self, parameters):
+        """Store `parameters`; return False if the storage failed. Writes nothing where the newest record has it all.
+
+        Stalls a board for some 100 ms, and wears flash: call it only when disarmed.
+        """
+        newest, slot, generation = self._newest(LoadReport())
+        record = _pack(parameters, generation + 1)
+        if newest is not None and _entries(newest) == _entries(record):
+            return True
+        try:
+            self._storage.write(TEMPORARY, record)
+            if self._storage.read(TEMPORARY) != record:  # flash that is full or worn out
+                return False
+            self._storage.rename(TEMPORARY, SLOTS[1 - slot])
+        except OSError:
+            return False
+        return True
+
+    def _newest(self, report):
+        """(record or None, its slot, its generation) of the newest whole record."""
+        newest = None
+        slot = 1  # so that the first record goes to slot 0
+        generation = 0
+        for index in range(2):
+            data = self._read(SLOTS[index])
+            if data is None:
+                continue
+            if not _is_whole(data):
+                report.damaged += 1
+                continue
+            found = struct.unpack_from(_HEADER, data, 0)[1]
+            if newest is None or found > generation:
+                newest = data
+                slot = index
+                generation = found
+        return newest, slot, generation
+
+    def _read(self, name):
+        try:
+            return self._storage.read(name)
+        except OSError:
+            return b""  # there, but not to be read: damaged
+
+    def _unpack(self, record, parameters, report):
+        """All values as `record` has them, with defaults for the rest."""
+        values = [entry[1] for entry in PARAMETERS]
+        stored = [False] * len(values)
+        for offset in range(_HEADER_BYTES, len(record) - _CRC_BYTES, _ENTRY_BYTES):
+            name, value = struct.unpack_from(_ENTRY, record, offset)
+            index = parameters.index_of(name)
+            if index == UNKNOWN:
+                report.unknown.append(_text(name))
+                continue
+            stored[index] = True
+            if parameters.refusal(index, value, False):
+                report.refused.append(_text(name))
+            else:
+                values[index] = value
+                report.loaded += 1
+        for index in range(len(values)):
+            if not stored[index] and not PARAMETERS[index][5] & READ_ONLY:
+                report.missing.append(PARAMETERS[index][0])
+        return values
+
+
+def _entries(record):
+    """Names and values of a record."""
+    return record[_HEADER_BYTES:-_CRC_BYTES]
+
+
+def _pack(parameters, generation):
+    """The record of all parameters that can be set."""
+    kept = [index for index in range(len(PARAMETERS)) if not PARAMETERS[index][5] & READ_ONLY]
+    record = bytearray(_HEADER_BYTES + len(kept) * _ENTRY_BYTES + _CRC_BYTES)
+    struct.pack_into(_HEADER, record, 0, _MAGIC, generation, len(kept))
+    offset = _HEADER_BYTES
+    for index in kept:
+        struct.pack_into(_ENTRY, record, offset, parameters.name_of(index), parameters.values[index])
+        offset += _ENTRY_BYTES
+    struct.pack_into("<H", record, offset, crc_bytes(record, 0, offset, START))
+    return bytes(record)
+
+
+def _is_whole(data):
+    """True for a record with all its bytes, as they were written."""
+    if len(data) < _HEADER_BYTES + _CRC_BYTES or data[:4] != _MAGIC:
+        return False
+    end = _HEADER_BYTES + struct.unpack_from(_HEADER, data, 0)[2] * _ENTRY_BYTES
+    return len(data) == end + _CRC_BYTES and struct.unpack_from("<H", data, end)[0] == crc_bytes(data, 0, end, START)
+
+
+def _text(name):
+    """A stored name as str, whatever its bytes are."""
+    return "".join([chr(byte) for byte in name if 32 <= byte < 127])

@@ -1,0 +1,93 @@
+"""The kite's velocity over the next moments: through the air along its nose, and drifting with the wind.
+
+Where course, heading and airspeed are measured, what velocity is not airspeed along the nose is the wind across the
+tether. It turns past a kite that turns: M. Erhard and H. Strauch, "Control of towing kites for seagoing vessels"
+(2013). Where they are not, the angle from heading to course stays as it is.
+"""
+
+from math import atan2, cos, sin, sqrt
+
+from ..mavlink.generated_messages import KITE_VALID_AIRSPEED, KITE_VALID_HEADING
+
+_NEEDED = KITE_VALID_AIRSPEED | KITE_VALID_HEADING
+_SMOOTHING = 4.0  # of the wind, so that it is no gust's [s]
+_LEAST_RATIO = 0.5
+_MOST_RATIO = 2.0
+
+
+class Drift:
+    """`forward` and `sideways` are the velocity along the nose h and b = gamma x h, over line length [1/s]."""
+
+    def __init__(self):
+        self.forward = 0.0
+        self.sideways = 0.0
+        self.speed = 0.0
+        self.turning_ratio = 1.0  # how much the nose must turn for the course to turn by one
+        self.blown = False  # True where the wind is known and turns past
+        self._up = 0.0  # the wind across the tether, along e1 and e2, smoothed
+        self._across = 0.0
+        self._air = 0.0  # airspeed
+        self._ahead = 0.0  # the wind along nose and b as they are at the sample
+        self._aside = 0.0
+        self._rest_forward = 0.0  # what the wind does not turn with
+        self._rest_sideways = 0.0
+        self._angle = 0.0  # from heading to course
+
+    def forget(self):
+        """Start anew with the next sample."""
+        self.blown = False
+
+    def observe(self, kite, airspeed):
+        """Use a new sample of the `kite`, an estimate that flies with `airspeed` [m/s]."""
+        self._angle = kite.course - kite.heading
+        if not self._angle or kite.valid & _NEEDED != _NEEDED or kite.coasting:
+            self.blown = False
+            self._ahead = self._aside = 0.0
+            return
+        speed = kite.sphere_speed()
+        nose_up = cos(kite.heading)
+        nose_across = sin(kite.heading)
+        self._air = airspeed / kite.distance
+        ahead = speed * cos(self._angle) - self._air
+        aside = speed * sin(self._angle)
+        up = ahead * nose_up - aside * nose_across
+        across = ahead * nose_across + aside * nose_up
+        share = kite.interval / (kite.interval + _SMOOTHING) if self.blown and kite.interval > 0.0 else 1.0
+        self.blown = True
+        up = self._up = self._up + share * (up - self._up)
+        across = self._across = self._across + share * (across - self._across)
+        self._ahead = up * nose_up + across * nose_across
+        self._aside = across * nose_up - up * nose_across
+
+    def begin(self, kite):
+        """Go back to the newest sample of the `kite`."""
+        speed = self.speed = kite.sphere_speed()
+        self.forward = speed
+        self.sideways = 0.0
+        if self._angle:
+            self.forward = speed * cos(self._angle)
+            self.sideways = speed * sin(self._angle)
+        self._rest_forward = self.forward - self._ahead
+        self._rest_sideways = self.sideways - self._aside
+
+    def turn(self, turned):
+        """The velocity when the kite has turned by `turned` [rad] since the sample."""
+        along = cos(turned)
+        beside = sin(turned)
+        self.forward = self._rest_forward + self._ahead * along + self._aside * beside
+        self.sideways = self._rest_sideways + self._aside * along - self._ahead * beside
+
+    def end(self, turned):
+        """Come to the end, turned by `turned` [rad]; return the angle from heading to course there."""
+        self.turning_ratio = 1.0
+        if not self.blown:
+            return self._angle
+        self.turn(turned)
+        forward = self.forward
+        sideways = self.sideways
+        square = forward * forward + sideways * sideways
+        self.speed = sqrt(square)
+        share = self._air * forward  # over the speed squared: of the nose's turning that is the course's
+        if share > 0.0:
+            self.turning_ratio = max(_LEAST_RATIO, min(_MOST_RATIO, square / share))
+        return atan2(sideways, forward)

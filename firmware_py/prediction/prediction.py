@@ -1,0 +1,184 @@
+"""The kite's state carried forward over the dead time, to where the steering decided on now will be felt.
+
+The steering already sent turns the kite on the way there, through the actuator's limits, by the turning-rate law
+(J. H. Baayen, 2012, equation 1) with gravity (M. Erhard and H. Strauch, 2013); a kite that does not turn flies a great
+circle. A few arcs make up the way. The rotation vector of each is that of constant rates plus the first term of
+Magnus' series for a turning rate that changes: exact for constant steering, of fourth order else.
+"""
+
+from math import atan2, sin
+
+from ..clock import ticks_diff
+from ..control.sphere import TangentFrame, wrap
+from ..mavlink.generated_messages import KITE_VALID_STEERING
+from ..parameters.generated_parameters import (
+    AIRSPEED_MIN,
+    COURSE_WINDOW,
+    GRAVITY_C,
+    LOOP_HZ,
+    PRED_DELAY,
+    PRED_RATE,
+    STALE_TIME,
+    TURN_K,
+    TURN_OFFSET,
+)
+from .body_rotation import BodyRotation
+from .drift import Drift
+from .steering_history import ONE, ROOM
+
+_ARCS = 4  # at most
+_ARC_TURN = 0.9  # turning of a fully steered kite from which on another arc is worth its time [rad]
+_SAMPLES = 256  # that the usual age is the mean of
+_TAIL = 0.5  # of a tick: what is decided now is held for one tick, and stands for its middle
+_MOST_STEERING = 2.0
+
+
+class PredictionConfig:
+    """Settings of the prediction, in SI units and microseconds where named so."""
+
+    def __init__(self):
+        self.delay_us = 0
+        self.period_us = 20000
+        self.stale_us = 0
+        self.turn_k = 0.0
+        self.turn_offset = 0.0
+        self.gravity_c = 0.0
+        self.airspeed_min = 1.0
+        self.rate_limit = 0.0
+        self.smoothing = 0.0
+
+    def load(self, values):
+        """Take the parameters over from their `values`."""
+        self.delay_us = int(values[PRED_DELAY] * 1e6 + 0.5)
+        self.period_us = int(1000000 / values[LOOP_HZ])
+        self.stale_us = int(values[STALE_TIME] * 1e6)
+        self.turn_k = values[TURN_K]
+        self.turn_offset = values[TURN_OFFSET]
+        self.gravity_c = values[GRAVITY_C]
+        self.airspeed_min = values[AIRSPEED_MIN]
+        self.rate_limit = values[PRED_RATE]
+        self.smoothing = 0.5 * values[COURSE_WINDOW]  # as late as the speed across the sphere is
+
+
+class Prediction:
+    """The kite where the steering decided on now will be felt: what the control laws want of an estimate.
+
+    `speed` is that across the unit sphere [1/s], `turning_ratio` how much the nose must turn for the course to turn by
+    one. `steered_turning` is what the actuator makes of the steering there [rad/s of the nose], `turning_slew` how fast
+    it changes that at most [rad/s^2], 0 for no limit.
+    """
+
+    def __init__(self, history):
+        self.config = PredictionConfig()
+        self.frame = TangentFrame()
+        self.elevation = 0.0
+        self.course = 0.0
+        self.heading = 0.0
+        self.airspeed = 0.0  # smoothed: gusts would use up what the actuator can do
+        self.speed = 0.0
+        self.turning_ratio = 1.0
+        self.steered_turning = 0.0
+        self.turning_slew = 0.0
+        self.horizon_us = 0  # from the sample to when the steering decided on now is first felt
+        self._history = history
+        self._rotation = BodyRotation()
+        self._drift = Drift()
+        self._usual_age = 0  # of a sample in the tick that takes it; the clocks need not agree [us]
+        self._samples = 0
+        self._followed = False  # True while samples are smoothed
+
+    def note_sample(self, kite, now):
+        """The `kite`, an estimate, has taken a sample at `now`."""
+        config = self.config
+        age = ticks_diff(now, kite.sample_time)
+        late = age - self._usual_age
+        if not self._samples or abs(late) > config.stale_us:  # the first, or the sender's clock was set
+            self._usual_age = age
+            self._samples = 1
+        else:
+            self._samples = min(self._samples + 1, _SAMPLES)
+            self._usual_age += (late + self._samples // 2) // self._samples
+        if not config.delay_us:
+            self._followed = False
+            return
+        if self._followed and kite.interval > 0.0:
+            self.airspeed += (kite.airspeed - self.airspeed) * kite.interval / (kite.interval + config.smoothing)
+        else:
+            self.airspeed = kite.airspeed
+            self._drift.forget()
+        self._followed = True
+        self._drift.observe(kite, self.airspeed)
+
+    def steering_at_sample(self, kite, now):
+        """Actual steering at the time of the newest sample: as measured, else as the actuator's model has it."""
+        if kite.valid & KITE_VALID_STEERING:
+            return kite.steering
+        self._find_sample(kite, now)
+        return self._history.position / ONE
+
+    def update(self, kite, now):
+        """Predict from the newest sample of the `kite`, an estimate."""
+        if not self._followed:  # just switched on, and no sample since
+            self.note_sample(kite, now)
+        lead, ticks = self._find_sample(kite, now)
+        drift = self._drift
+        drift.begin(kite)
+        turned = self._fly(kite, lead, ticks)
+        frame = self.frame
+        self.heading = self._rotation.carry(kite.frame, kite.heading, frame)
+        self.elevation = atan2(frame.z, frame.e1z)
+        self.course = wrap(self.heading + drift.end(turned))
+        self.speed = drift.speed
+        self.turning_ratio = drift.turning_ratio
+
+    def _find_sample(self, kite, now):
+        """Lead the actuator to the sample's time; return the share of a tick and the ticks that are sent from there."""
+        config = self.config
+        period = config.period_us
+        late = ticks_diff(now, kite.sample_time) - self._usual_age
+        horizon = self.horizon_us = max(0, min((ROOM - 1) * period, config.delay_us + late))
+        ticks = -(-horizon // period)
+        beyond = horizon - (ticks - 1) * period  # of the oldest of them, what lies after the sample
+        lead = beyond / period if 0 < beyond < period else 0.0
+        measured = None
+        if kite.valid & KITE_VALID_STEERING:
+            measured = round(max(-_MOST_STEERING, min(_MOST_STEERING, kite.steering)) * ONE)
+        self._history.begin(ticks, lead, measured)
+        return lead, ticks - 1 if lead else ticks
+
+    def _fly(self, kite, lead, ticks):
+        """Rotate over the arcs from the sample on; return the turning [rad]."""
+        config = self.config
+        history = self._history
+        rotation = self._rotation
+        drift = self._drift
+        period = config.period_us * 1e-6
+        full = config.turn_k * self.airspeed  # turning rate of full steering
+        unit = full * period / ONE
+        bent = unit * period
+        arcs = max(1, min(_ARCS, ticks, 1 + int(unit * history.saturation * ticks / _ARC_TURN)))
+        airspeed = max(self.airspeed, config.airspeed_min)
+        gravity = config.gravity_c / airspeed * kite.frame.e1z
+        turned = 0.0
+        rotation.begin()
+        for left in range(arcs, 0, -1):
+            whole = ticks // left
+            ticks -= whole
+            history.advance(lead, whole, left == 1)
+            length = (lead + whole + (_TAIL if left == 1 else 0.0)) * period
+            lead = 0.0
+            turn = unit * history.total + config.turn_offset * length
+            bend = bent * history.moment
+            mean = turned + 0.5 * turn - bend / length  # turned so far, over the arc
+            if gravity:
+                turn += gravity * length * sin(kite.heading + mean)
+            if drift.blown:
+                drift.turn(mean)
+            forward = drift.forward
+            sideways = drift.sideways
+            rotation.turn(turn, forward * bend - sideways * length, forward * length + sideways * bend)
+            turned += turn
+        full = config.turn_k * airspeed  # with the airspeed that is steered by
+        self.steered_turning = full * history.position / ONE
+        self.turning_slew = full * config.rate_limit
+        return turned

@@ -1,0 +1,176 @@
+"""Serves the parameters' metadata by MAVLink's file transfer (FILE_TRANSFER_PROTOCOL), and refuses everything else.
+
+A station has one session, number 0: some (mavsdk 4.1.0) say 0 whatever number they were given. Nothing is kept of a
+station but the file that it opened last and where its burst has come to, so that requests may be repeated, also after
+the session's end, and stations do not disturb each other. https://mavlink.io/en/services/ftp.html
+"""
+
+import struct
+
+from ..mavlink.generated_messages import (
+    FILE_TRANSFER_PROTOCOL,
+    MAV_FTP_ERR_EOF,
+    MAV_FTP_ERR_FILENOTFOUND,
+    MAV_FTP_ERR_INVALIDSESSION,
+    MAV_FTP_ERR_UNKNOWNCOMMAND,
+    MAV_FTP_OPCODE_ACK,
+    MAV_FTP_OPCODE_BURSTREADFILE,
+    MAV_FTP_OPCODE_CALCFILECRC,
+    MAV_FTP_OPCODE_NAK,
+    MAV_FTP_OPCODE_NONE,
+    MAV_FTP_OPCODE_OPENFILERO,
+    MAV_FTP_OPCODE_READFILE,
+    MAV_FTP_OPCODE_RESETSESSION,
+    MAV_FTP_OPCODE_TERMINATESESSION,
+)
+from .generated_metadata import FILES
+
+_HEADER = "<HBBBBBBI"  # sequence, session, opcode, size, opcode asked, burst complete, padding, offset
+_DATA = 12  # where the data begin
+_MOST = 239  # bytes of data in a message
+_AROUND = 27  # bytes of a frame that are no data
+_LEAST = 32  # bytes of data, on the slowest line
+_BURSTS = 4  # stations served at a time
+_STATIONS = 8  # whose sessions are kept
+
+
+class FileServer:
+    """One message a tick: an answer, or else the next piece of a burst."""
+
+    def __init__(self, link):
+        self._link = link
+        self._payload = bytearray(_DATA + _MOST)
+        self._view = memoryview(self._payload)
+        self._zeros = bytes(_MOST)
+        self._file = None  # the one that is open
+        self._open = -1  # its index in FILES
+        self._sessions = []  # (system, component, index of the file), the newest last
+        self._bursts = []  # [system, component, sequence, index, offset, piece]
+
+    def serve(self, files, for_us):
+        """Answer the oldest of `files` (values, system, component) if it is `for_us(system, component)`."""
+        if not (files or self._bursts) or not self._link.budget.has_answer_room():
+            return
+        if files:
+            values, system, component = files.pop(0)
+            if for_us(values[1], values[2]):
+                self._answer(values[3], system, component)
+        else:
+            burst = self._bursts.pop(0)
+            if self._go_on(burst):
+                self._bursts.append(burst)  # behind the others
+
+    def _answer(self, payload, system, component):
+        sequence, session, opcode, size, _, _, _, offset = struct.unpack_from(_HEADER, payload, 0)
+        if opcode in (MAV_FTP_OPCODE_ACK, MAV_FTP_OPCODE_NAK):
+            return
+        sequence = (sequence + 1) & 0xFFFF
+        to = (system, component, sequence, session, opcode)
+        index = self._index_of(system, component)
+        if opcode in (MAV_FTP_OPCODE_OPENFILERO, MAV_FTP_OPCODE_CALCFILECRC):
+            self._find(to, payload[_DATA : _DATA + min(size, _MOST)])
+        elif opcode in (MAV_FTP_OPCODE_NONE, MAV_FTP_OPCODE_RESETSESSION, MAV_FTP_OPCODE_TERMINATESESSION):
+            self._end_burst(system, component)
+            self._acknowledge(to, 0, 0)
+        elif opcode not in (MAV_FTP_OPCODE_READFILE, MAV_FTP_OPCODE_BURSTREADFILE):
+            self._refuse(to, MAV_FTP_ERR_UNKNOWNCOMMAND)
+        elif index < 0 or session:
+            self._refuse(to, MAV_FTP_ERR_INVALIDSESSION)
+        elif offset >= FILES[index][1]:
+            self._refuse(to, MAV_FTP_ERR_EOF, offset)
+        else:
+            piece = min(size or _MOST, _MOST)
+            if opcode == MAV_FTP_OPCODE_READFILE:
+                self._send_piece(to, index, offset, piece, 0)
+            else:
+                self._end_burst(system, component)
+                piece = min(piece, max(self._link.budget.longest() - _AROUND, _LEAST))
+                burst = [system, component, sequence, index, offset, piece]
+                if self._go_on(burst):
+                    self._bursts = self._bursts[1 - _BURSTS :]  # the eldest gives way: its station asks again
+                    self._bursts.append(burst)
+
+    def _find(self, to, name):
+        """Open a file, or tell its checksum."""
+        end = name.find(b"\0")
+        name = (name if end < 0 else name[:end]).lstrip(b"/")
+        for index in range(len(FILES)):
+            if FILES[index][0] == name and self._has(index):
+                system, component, sequence, _, opcode = to
+                number = FILES[index][2]
+                if opcode == MAV_FTP_OPCODE_OPENFILERO:
+                    number = FILES[index][1]
+                    others = [one for one in self._sessions if one[0] != system or one[1] != component]
+                    self._sessions = others[1 - _STATIONS :]
+                    self._sessions.append((system, component, index))
+                struct.pack_into("<I", self._payload, _DATA, number)
+                self._acknowledge((system, component, sequence, 0, opcode), 4, 0)
+                return
+        self._refuse(to, MAV_FTP_ERR_FILENOTFOUND)
+
+    def _go_on(self, burst):
+        """Send the next piece of a burst; False if it was the last."""
+        system, component, sequence, index, offset, piece = burst
+        last = offset + piece >= FILES[index][1]
+        to = (system, component, sequence, 0, MAV_FTP_OPCODE_BURSTREADFILE)
+        burst[2] = (sequence + 1) & 0xFFFF
+        burst[4] = offset + piece
+        return self._send_piece(to, index, offset, piece, 1 if last else 0) and not last
+
+    def _send_piece(self, to, index, offset, piece, complete):
+        """Send bytes of a file; False if it cannot be read."""
+        piece = min(piece, FILES[index][1] - offset)
+        file = self._file if self._has(index) else None
+        try:
+            if file is None:
+                raise OSError
+            file.seek(offset)
+            file.readinto(self._view[_DATA : _DATA + piece])
+        except OSError:
+            self._refuse(to, MAV_FTP_ERR_FILENOTFOUND)
+            return False
+        self._acknowledge(to, piece, offset, complete)
+        return True
+
+    def _has(self, index):
+        """Have the file of this index open; False if there is none."""
+        if self._open != index:
+            if self._file is not None:
+                self._file.close()
+            self._open = -1
+            self._file = _open_beside(FILES[index][0].decode())
+            if self._file is not None:
+                self._open = index
+        return self._open == index
+
+    def _index_of(self, system, component):
+        """The file that a station has opened, or -1."""
+        for station, part, index in self._sessions:
+            if station == system and part == component:
+                return index
+        return -1
+
+    def _end_burst(self, system, component):
+        self._bursts = [burst for burst in self._bursts if burst[0] != system or burst[1] != component]
+
+    def _acknowledge(self, to, size, offset, complete=0):
+        self._send(to, MAV_FTP_OPCODE_ACK, size, offset, complete)
+
+    def _refuse(self, to, error, offset=0):
+        self._payload[_DATA] = error
+        self._send(to, MAV_FTP_OPCODE_NAK, 1, offset, 0)
+
+    def _send(self, to, opcode, size, offset, complete):
+        system, component, sequence, session, asked = to
+        struct.pack_into(_HEADER, self._payload, 0, sequence, session, opcode, size, asked, complete, 0, offset)
+        self._view[_DATA + size :] = self._zeros[size:]
+        self._link.answer(FILE_TRANSFER_PROTOCOL, (0, system, component, self._payload))
+
+
+def _open_beside(name):
+    """The file of this name beside the firmware, open, or None."""
+    try:
+        folder = __file__[: max(__file__.rfind("/"), __file__.rfind("\\")) + 1]
+        return open(folder + name, "rb")  # kept open for the pieces that follow
+    except (OSError, NameError):  # firmware that is frozen into the interpreter has no folder
+        return None

@@ -1,0 +1,103 @@
+"""Parameters on the wire: listed at a pace that a link carries, read by name or index, set or refused."""
+
+from ..control.figure_eight import CURVE_PARAMETERS
+from ..mavlink.generated_messages import (
+    KITE_MODE_TRACK,
+    MAV_PARAM_ERROR_DOES_NOT_EXIST,
+    MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE,
+    MAV_PARAM_TYPE_REAL32,
+    MAV_SEVERITY_WARNING,
+    PARAM_ERROR,
+    PARAM_VALUE,
+)
+from ..parameters.generated_parameters import PARAMETERS
+from ..parameters.values import UNKNOWN
+
+_PER_TICK = 2  # of those that nobody waits for one by one
+_CHANGED_PER_TICK = 6
+_REFUSALS = 8  # that wait for room on the link
+
+
+class ParameterRequests:
+    """Answers go to all who listen, as MAVLink has it: a station that asks for the list joins one that is going on."""
+
+    def __init__(self, parameters, modes, link, say):
+        self._parameters = parameters
+        self._modes = modes
+        self._link = link
+        self._say = say
+        self._refusals = []  # values of PARAM_ERROR
+        self.dropped = 0  # refusals that found no room: their stations ask again
+        self._unsent = []  # indices of parameters that have changed, or were refused a change
+        self._next = 0  # of the list
+        self._left = 0
+
+    def list_all(self):
+        """Send all parameters, from where a list has come to, once round."""
+        if not self._left:
+            self._next = 0
+        self._left = len(PARAMETERS)
+
+    def announce(self, index):
+        """Send the value of a parameter when there is room."""
+        if index not in self._unsent:
+            self._unsent.append(index)
+
+    def send_some(self):
+        """Go on with what is to be sent, a few a tick, while the link has room for answers."""
+        budget = self._link.budget
+        while self._refusals and budget.has_answer_room():
+            self._link.answer(PARAM_ERROR, self._refusals.pop(0))
+        for count in range(_CHANGED_PER_TICK):
+            if not (self._unsent or (self._left and count < _PER_TICK)) or not budget.has_answer_room():
+                return
+            if self._unsent:
+                self._send(self._unsent.pop(0))
+            else:
+                self._left -= 1
+                self._send(self._next)
+                self._next = (self._next + 1) % len(PARAMETERS)
+
+    def read(self, index, name, system, component):
+        """Send a parameter by its index, or by its name where the index is negative."""
+        wanted = self._parameters.index_of(name) if index < 0 else index
+        if 0 <= wanted < len(PARAMETERS):
+            self._send(wanted)
+        else:
+            self._link.answer(PARAM_ERROR, (index, system, component, name, MAV_PARAM_ERROR_DOES_NOT_EXIST))
+
+    def changes_curve(self, name, value):
+        """Index of the parameter if setting it changes the target curve in flight, so that it must be checked first."""
+        index = self._parameters.index_of(name)
+        if index not in CURVE_PARAMETERS or self._modes.mode != KITE_MODE_TRACK:
+            return UNKNOWN
+        if self._parameters.values[index] == value or self._parameters.refusal(index, value, True):
+            return UNKNOWN
+        return index
+
+    def set(self, name, value, problem, system, component):
+        """Set a parameter, or refuse it; `problem` is what speaks against the curve that it makes, or None."""
+        parameters = self._parameters
+        index = parameters.index_of(name)
+        error = parameters.refusal(index, value, self._modes.armed())
+        if not error and problem is not None:
+            error = MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE
+            self._say(MAV_SEVERITY_WARNING, problem)
+        if error:
+            self._refuse(-1, name, error, system, component)
+        else:
+            parameters.set(index, value)
+        if index != UNKNOWN:
+            self.announce(index)
+
+    def _send(self, index):
+        parameters = self._parameters
+        name = parameters.name_of(index)
+        self._link.answer(PARAM_VALUE, (parameters.values[index], len(PARAMETERS), index, name, MAV_PARAM_TYPE_REAL32))
+
+    def _refuse(self, index, name, error, system, component):
+        """Send PARAM_ERROR when there is room."""
+        if len(self._refusals) < _REFUSALS:
+            self._refusals.append((index, system, component, name, error))
+        else:
+            self.dropped += 1

@@ -1,0 +1,209 @@
+"""What the kite says by itself: heartbeat, status, state, position, texts."""
+
+from math import cos, sin
+
+from ..clock import ticks_add, ticks_diff
+from ..mavlink.generated_messages import (
+    CURRENT_MODE,
+    HEARTBEAT,
+    KITE_MODE_STANDBY,
+    KITE_STATE,
+    KITE_STATUS_COASTING,
+    KITE_STATUS_STALE,
+    LOCAL_POSITION_NED,
+    MAV_AUTOPILOT_GENERIC,
+    MAV_MODE_FLAG_CUSTOM_MODE_ENABLED,
+    MAV_MODE_FLAG_SAFETY_ARMED,
+    MAV_STATE_ACTIVE,
+    MAV_STATE_CRITICAL,
+    MAV_STATE_STANDBY,
+    MAV_TYPE_KITE,
+    NAMED_VALUE_FLOAT,
+    STATUSTEXT,
+    SYS_STATUS,
+)
+from ..parameters.generated_parameters import POSITION_HZ, STATE_HZ
+
+_SECOND = 1000000
+_TEXTS = 8  # texts kept until they can be sent
+_GEOFENCE = 1 << 20  # reported healthy: a ground station otherwise warns of a breach
+_U16 = 65535
+_SLOWEST_HZ = 0.0078125  # a beat must be shorter than half the wrap of the clock
+
+
+# What is sent regularly, the shortest first where the link carries little.
+_STREAMS = (SYS_STATUS, CURRENT_MODE, NAMED_VALUE_FLOAT, LOCAL_POSITION_NED, KITE_STATE)
+_FIRST_US = (0, _SECOND // 4, _SECOND // 2, _SECOND // 8, 0)  # not all in one tick with the heartbeat
+_USUAL_US = (_SECOND, 2 * _SECOND, _SECOND, 0, 0)  # 0: a parameter says
+_OF_KITE = (LOCAL_POSITION_NED, KITE_STATE)  # need a sample
+_FROM_START = (HEARTBEAT,) + _STREAMS
+
+
+class Telemetry:
+    """Sends what is due; a heartbeat also at once when the mode changes. `autopilot` is read, never written.
+
+    What the link has no room for is left out, except the heartbeat; texts wait.
+    """
+
+    def __init__(self, link, autopilot):
+        self._link = link
+        self._autopilot = autopilot
+        self._texts = []
+        self._heartbeat_due = None
+        self._due = [0] * len(_STREAMS)
+        self._asked = [0] * len(_STREAMS)  # intervals that a station asked for [us]; 0 as usual, -1 not at all
+        self._mode = KITE_MODE_STANDBY  # when last looked at
+        self._mode_is_told = False  # CURRENT_MODE: a station that does not know it would miss its sequence numbers
+
+    def say(self, severity, text):
+        """Queue a text for the operator, at most 50 characters; the oldest gives way."""
+        if len(self._texts) >= _TEXTS:
+            self._texts.pop(0)
+        self._texts.append((severity, text.encode(), 0, 0))
+
+    def tell_mode(self):
+        """Send CURRENT_MODE regularly from the next tick on: some station knows the messages about modes."""
+        self._mode_is_told = True
+
+    def send_due(self, now, uptime_us):
+        """Send what is due at `now`: heartbeat first, then texts, then the rest."""
+        due = self._due
+        if self._heartbeat_due is None:
+            self._heartbeat_due = now
+            for index in range(len(due)):
+                due[index] = ticks_add(now, _FIRST_US[index])
+        changed = self._mode != self._autopilot.modes.mode
+        beats = _is_due(self._heartbeat_due, _SECOND, now)
+        if beats:
+            self._heartbeat_due = ticks_add(now, _SECOND)
+        if beats or changed:
+            self._send_heartbeat()
+        budget = self._link.budget
+        if self._texts and budget.has_text_room():
+            budget.spend_on_text(self._link.send(STATUSTEXT, self._texts.pop(0)))
+        if changed:
+            self._mode = self._autopilot.modes.mode
+            if self._asked[1] >= 0:
+                due[1] = now
+        heard = self._autopilot.kite.has_heard()
+        for index in range(len(due)):
+            period = self._period_us(index) if heard or _STREAMS[index] not in _OF_KITE else 0
+            if period and _STREAMS[index] in _OF_KITE and budget.is_crowded():
+                period <<= 1
+            if not period:
+                due[index] = now
+            elif _is_due(due[index], period, now):
+                due[index] = _next_due(due[index], period, now)
+                if budget.has_room():
+                    self.send(_STREAMS[index], now, uptime_us)
+
+    def sends(self, message):
+        """True for a message that is sent regularly."""
+        return message in _FROM_START
+
+    def can_send(self, message, now):
+        """True if there is something to say in such a message."""
+        return message not in _OF_KITE or self._autopilot.kite.has_heard()
+
+    def interval(self, message):
+        """The present interval [us] of a message that is sent regularly; 0 where it is not sent at present."""
+        return _SECOND if message == HEARTBEAT else self._period_us(_STREAMS.index(message))
+
+    def set_interval(self, message, interval_us):
+        """Send a message each `interval_us`; 0 is as usual, -1 not at all. False where that cannot be."""
+        if message == HEARTBEAT:
+            return interval_us in (0, _SECOND)
+        self._asked[_STREAMS.index(message)] = interval_us
+        return True
+
+    def send(self, message, now, uptime_us):
+        """Send one of the messages that are sent regularly."""
+        autopilot = self._autopilot
+        if message == KITE_STATE:
+            self._send_state(now)
+        elif message == LOCAL_POSITION_NED:
+            self._send_position(autopilot.kite, uptime_us)
+        elif message == NAMED_VALUE_FLOAT:
+            self._link.send(NAMED_VALUE_FLOAT, (uptime_us // 1000, autopilot.turn_k.value, b"turn_k"))
+        elif message == CURRENT_MODE:
+            self._link.send(CURRENT_MODE, (autopilot.modes.mode, 0, 0))
+        elif message == SYS_STATUS:
+            self._send_status()
+        else:
+            self._send_heartbeat()
+
+    def _period_us(self, index):
+        """The interval of a stream [us], 0 where it is off."""
+        asked = self._asked[index]
+        if asked:
+            return max(asked, 0)
+        if _STREAMS[index] == CURRENT_MODE and not self._mode_is_told:
+            return 0
+        if _USUAL_US[index]:
+            return _USUAL_US[index]
+        rate_hz = self._autopilot.parameters.values[STATE_HZ if _STREAMS[index] == KITE_STATE else POSITION_HZ]
+        return int(_SECOND / max(rate_hz, _SLOWEST_HZ)) if rate_hz else 0
+
+    def _send_heartbeat(self):
+        autopilot = self._autopilot
+        modes = autopilot.modes
+        base = MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+        state = MAV_STATE_STANDBY
+        if modes.mode != KITE_MODE_STANDBY:
+            base |= MAV_MODE_FLAG_SAFETY_ARMED
+            state = MAV_STATE_CRITICAL if modes.stale else MAV_STATE_ACTIVE
+        self._link.send(HEARTBEAT, (modes.mode, MAV_TYPE_KITE, MAV_AUTOPILOT_GENERIC, base, state, 3))
+
+    def _send_status(self):
+        autopilot = self._autopilot
+        bad_crc, unknown, lost, overflowed = self._link.counters()
+        refused = autopilot.inbox.refused
+        counts = tuple(min(count, _U16) for count in (bad_crc, unknown, lost, overflowed + refused))
+        sensors = (_GEOFENCE, _GEOFENCE, _GEOFENCE)
+        load = min(1000, autopilot.tick_us * 1000 // autopilot.period_us)
+        self._link.send(SYS_STATUS, sensors + (load, _U16, -1, 0, 0) + counts + (-1, 0, 0, 0))
+
+    def _send_state(self, now):
+        autopilot = self._autopilot
+        kite = autopilot.kite
+        guidance = autopilot.guidance
+        steering = autopilot.steering
+        status = steering.status
+        if autopilot.modes.stale:
+            status |= KITE_STATUS_STALE
+        if kite.coasting:
+            status |= KITE_STATUS_COASTING
+        self._link.send(
+            KITE_STATE,
+            (
+                now, kite.sample_time, kite.azimuth, kite.elevation, kite.distance, kite.course, kite.heading,
+                kite.airspeed, kite.tether_force, kite.steering, autopilot.target_course, guidance.cross_track,
+                guidance.path_parameter, steering.asked, autopilot.overruns, kite.valid, status,
+                min(autopilot.tick_us, _U16), min(autopilot.tick_worst_us, _U16), min(kite.dropped, _U16),
+                autopilot.modes.mode,
+            ),
+        )
+
+    def _send_position(self, kite, uptime_us):
+        """Position and velocity [m, m/s] in the wire's frame: x, -y, -z of the wind frame."""
+        frame = kite.frame
+        up = kite.speed * cos(kite.course)
+        across = kite.speed * sin(kite.course)
+        self._link.send(
+            LOCAL_POSITION_NED,
+            (
+                uptime_us // 1000, kite.distance * frame.x, -kite.distance * frame.y, -kite.distance * frame.z,
+                up * frame.e1x + across * frame.e2x, -up * frame.e1y - across * frame.e2y, -up * frame.e1z,
+            ),
+        )
+
+
+def _is_due(due, period, now):
+    """True from `due` on, and where that lies further ahead than it can: the clock has jumped."""
+    return not 0 < ticks_diff(due, now) <= period + _SECOND
+
+
+def _next_due(due, period, now):
+    """When to send next, keeping the beat, unless more than a beat was missed."""
+    due = ticks_add(due, period)
+    return due if ticks_diff(now, due) < 0 else ticks_add(now, period // 2)

@@ -1,0 +1,53 @@
+"""Bytes over a UART: a cable, or a pair of telemetry radios."""
+
+from ..clock import MASK, ticks_diff
+
+_CHUNK = 512  # read at once [bytes]
+_NAP_US = 200  # between two looks: two bytes at 115200 baud
+
+
+class UartTransport:
+    """A stream over `uart`, which has `any()`, `readinto(buffer)` and `write(data)`, and waits for nothing itself.
+
+    `bytes_per_s` is what the line carries, 0 where that is no limit.
+    `received` counts the bytes that came, wrapped; `lost` those that found no room to be sent. A frame cut short is
+    found by its checksum, as on any radio.
+    """
+
+    datagrams = False
+
+    def __init__(self, uart, ticks_us, sleep_us, bytes_per_s=0):
+        self.bytes_per_s = bytes_per_s
+        self._uart = uart
+        self._ticks_us = ticks_us
+        self._sleep_us = sleep_us
+        self._buffer = bytearray(_CHUNK)
+        self._view = memoryview(self._buffer)
+        self.received = 0
+        self.lost = 0
+
+    def read(self):
+        """What has arrived, or None; valid until the next call."""
+        waiting = self._uart.any()
+        if not waiting:
+            return None
+        size = self._uart.readinto(self._view[: min(waiting, _CHUNK)])
+        if not size:
+            return None
+        self.received = (self.received + size) & MASK
+        return self._view[:size]
+
+    def write(self, data):
+        """Send `data`, or what of it there is room for."""
+        sent = self._uart.write(data) or 0  # None when there was no room at all
+        if sent < len(data):
+            self.lost = (self.lost + len(data) - sent) & MASK
+
+    def wait(self, timeout_ms):
+        """Wait for a byte to arrive; False if none came within `timeout_ms`."""
+        start = self._ticks_us()
+        while not self._uart.any():
+            if ticks_diff(self._ticks_us(), start) >= timeout_ms * 1000:
+                return False
+            self._sleep_us(_NAP_US)
+        return True

@@ -1,0 +1,124 @@
+"""Bytes over UDP: on the PC (CPython and MicroPython's unix port) and on boards with Wi-Fi.
+
+An address is whatever `getaddrinfo` makes of it: sockaddr bytes on the unix port, a tuple elsewhere.
+"""
+
+import select
+import socket
+
+from ..clock import ticks_diff
+
+_LONGEST = 2048
+_OTHERS = 3  # ground stations beside the one that is configured: each costs a board 0.2 ms a tick
+_SILENT_US = 5000000  # five heartbeats of a ground station: after that it gives way to a new one
+_GONE = None  # in the place of the time at which a station was heard: longer ago than _SILENT_US
+
+
+class UdpTransport:
+    """Datagrams to and from one peer; what others send does not get in."""
+
+    datagrams = True
+    from_peer = True  # the last datagram came from the peer that is configured
+
+    def __init__(self, host, port):
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.setblocking(False)
+        self._peer = socket.getaddrinfo(host, port)[0][-1]
+        self._poll = select.poll()
+        self._poll.register(self._socket, select.POLLIN)
+        self._socket.connect(self._peer)
+        self._buffer = bytearray(_LONGEST)  # made once: a fresh one a tick would shred the heap of a board
+        self._view = memoryview(self._buffer)
+        if hasattr(self._socket, "readinto"):  # MicroPython
+            self._read_into = getattr(self._socket, "readinto")  # noqa: B009  unknown to CPython's type stubs
+        else:
+            self._read_into = self._socket.recv_into
+
+    def read(self):
+        """One datagram, or None; good until the next call."""
+        try:
+            size = self._read_into(self._buffer)
+        except OSError:  # nothing there, or the peer is gone
+            return None
+        return self._view[:size] if size else None
+
+    def write(self, data):
+        """Send `data` as one datagram; what cannot be sent is lost, as on any radio."""
+        try:
+            self._socket.send(data)
+        except OSError:
+            pass
+
+    def wait(self, timeout_ms):
+        """Wait for a datagram; False if none came within `timeout_ms`."""
+        return bool(self._poll.poll(timeout_ms))
+
+
+class UdpStations:
+    """Datagrams to and from several ground stations: the one at `host`, and up to _OTHERS that have sent something.
+
+    A station that goes on sending keeps its place; one that has been silent for five seconds gives way to a new one.
+    `from_peer` tells whether the last datagram came from `host` and `port` themselves. The socket takes the same number
+    for its own port, where that is free, so that others find it.
+    """
+
+    datagrams = True
+
+    def __init__(self, host, port, ticks_us):
+        self.from_peer = False
+        self._ticks_us = ticks_us
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.setblocking(False)
+        self._peer = socket.getaddrinfo(host, port)[0][-1]
+        self._poll = select.poll()
+        self._poll.register(self._socket, select.POLLIN)
+        self._others = []  # [address, when heard (us, wrapped) or _GONE], the one heard last at the end
+        try:
+            self._socket.bind(socket.getaddrinfo("0.0.0.0", port)[0][-1])
+        except OSError:  # taken, on a PC
+            pass
+
+    def read(self):
+        """One datagram, or None; its sender is sent to from now on, where there is a place."""
+        try:
+            data, sender = self._socket.recvfrom(_LONGEST)
+        except OSError:
+            return None
+        self.from_peer = sender == self._peer
+        if not self.from_peer:
+            self._hear(sender)
+        return memoryview(data) if data else None
+
+    def write(self, data):
+        """Send `data` to each of them. Called each tick, so their silence is looked at."""
+        self._send(data, self._peer)
+        now = self._ticks_us()
+        for station in self._others:
+            if station[1] is not _GONE and ticks_diff(now, station[1]) > _SILENT_US:
+                station[1] = _GONE  # noted while the clock has not wrapped
+            self._send(data, station[0])
+
+    def wait(self, timeout_ms):
+        """Wait for a datagram; False if none came within `timeout_ms`."""
+        return bool(self._poll.poll(timeout_ms))
+
+    def _hear(self, sender):
+        """Keep a station's place, or give it one if there is any; the longest silent one gives way first."""
+        others = self._others
+        for index in range(len(others)):
+            if others[index][0] == sender:
+                station = others.pop(index)
+                station[1] = self._ticks_us()
+                others.append(station)
+                return
+        if len(others) >= _OTHERS:
+            if others[0][1] is not _GONE:
+                return
+            others.pop(0)
+        others.append([sender, self._ticks_us()])
+
+    def _send(self, data, address):
+        try:
+            self._socket.sendto(data, address)
+        except OSError:
+            pass

@@ -1,0 +1,73 @@
+"""UDP over Wi-Fi: joins, and joins again when the network is gone, while the loop flies on."""
+
+from ..clock import MASK, ticks_diff
+
+_LOOK_US = 250000  # between two looks at the network
+_JOIN_US = 10000000  # a try to join is given this long before the next one
+
+
+class WifiTransport:
+    """Datagrams through `udp` (read, write, wait), on the network `ssid` that `wlan` joins.
+
+    `key` is empty for an open network. `tell(text)` is called when the network comes or goes.
+    """
+
+    datagrams = True
+
+    def __init__(self, wlan, ssid, key, udp, ticks_us, tell):
+        self._wlan = wlan
+        self._ssid = ssid
+        self._key = key
+        self._udp = udp
+        self._ticks_us = ticks_us
+        self._tell = tell
+        self._joined = False
+        self._looked = self._tried = ticks_us()
+        self.received = 0
+        self._join()
+
+    @property
+    def from_peer(self):
+        """True if what was read last came from the peer that is configured."""
+        return self._udp.from_peer
+
+    def read(self):
+        """One datagram, or None."""
+        data = self._udp.read()
+        if data:
+            self.received = (self.received + len(data)) & MASK
+        return data
+
+    def write(self, data):
+        """Send `data` as one datagram; without a network it is lost. Called each tick, so the network is seen to."""
+        now = self._ticks_us()
+        if ticks_diff(now, self._looked) >= _LOOK_US:
+            self._looked = now
+            self._look(now)
+        if self._joined:
+            self._udp.write(data)
+
+    def wait(self, timeout_ms):
+        """Wait for a datagram; False if none came within `timeout_ms`."""
+        return self._udp.wait(timeout_ms)
+
+    def _look(self, now):
+        joined = self._wlan.isconnected()
+        if joined != self._joined:
+            self._joined = joined
+            self._tried = now
+            self._tell("Wi-Fi " + self._ssid + (": joined as " + self._wlan.ifconfig()[0] if joined else ": lost"))
+        elif not joined and ticks_diff(now, self._tried) >= _JOIN_US:
+            self._tried = now
+            self._tell("Wi-Fi " + self._ssid + ": not joined (status %d), trying again" % self._wlan.status())
+            self._join()
+
+    def _join(self):
+        """Begin to join; the network's own code goes on with it."""
+        try:
+            if self._key:
+                self._wlan.connect(self._ssid, self._key)
+            else:
+                self._wlan.connect(self._ssid)
+        except OSError as error:  # busy with the try before
+            self._tell("Wi-Fi " + self._ssid + ": " + str(error))

@@ -1,0 +1,1 @@
+"""The command `kite-ground`: a file for each group of subcommands, the monitor, the terminal."""

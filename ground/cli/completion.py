@@ -1,0 +1,41 @@
+"""kite-ground completion: a script that completes commands, options, files and parameter names in the shell."""
+
+import argparse
+
+from ground.cli.options import Connect, add_command
+from ground.errors import UsageError
+from protocol.parameter_table import load_parameters
+
+SHELLS = ("bash", "zsh", "fish")
+
+
+def add_completion_command(commands) -> None:
+    """Add `completion`."""
+    script = add_command(commands, "completion", print_completion, "print a script that completes commands and "
+                         "parameter names in a shell", '  eval "$(kite-ground completion bash)"\n'
+                         "  kite-ground completion fish > ~/.config/fish/completions/kite-ground.fish")
+    script.add_argument("shell", choices=SHELLS)
+
+
+def print_completion(args: argparse.Namespace, connect: Connect) -> int:
+    """completion."""
+    try:
+        import shtab  # noqa: PLC0415  (an extra)
+    except ImportError:
+        raise UsageError("completion needs shtab: pip install 'kitepilot[completion]'") from None
+    print(shtab.complete(args.whole_parser, shell=args.shell))
+    return 0
+
+
+def complete_names(argument: argparse.Action) -> None:
+    """Let the shell complete parameter names there."""
+    names = " ".join(load_parameters())
+    argument.complete = {  # type: ignore[attr-defined]  (where shtab looks)
+        "bash": "_kite_ground_names", "zsh": f"({names})", "fish": f"(string split ' ' -- '{names}')",
+        "preamble": {"bash": f"_kite_ground_names() {{ compgen -W '{names}' -- \"${{1^^}}\"; }}"}}
+
+
+def complete_files(argument: argparse.Action) -> None:
+    """Let the shell complete file names there."""
+    argument.complete = {  # type: ignore[attr-defined]
+        "bash": "_shtab_compgen_files", "zsh": "_files", "fish": "(__fish_complete_path (commandline -ct))"}

@@ -1,0 +1,70 @@
+"""What the subcommands of kite-ground share: options, and their defaults."""
+
+import argparse
+import math
+import time
+from collections.abc import Callable, Iterable
+
+from ground.errors import UsageError
+from ground.session import Session
+from kite_analysis.console.closest import closest
+
+DEFAULT_LINK = "udpin:127.0.0.1:14550"
+DEFAULTS = {"timeout": 10.0, "system": None, "wall_clock": time.time}
+_LEVELS = 3  # kite-ground, a command, a verb: each has --link, and keeps its own
+
+Connect = Callable[[], Session]
+Run = Callable[[argparse.Namespace, Connect], int]
+
+
+def common_options(level: int = 2) -> argparse.ArgumentParser:
+    """Options that may stand before or after the subcommand; `level` 0 to 2 is how deep this parser is."""
+    parser = argparse.ArgumentParser(add_help=False, argument_default=argparse.SUPPRESS)
+    group = parser.add_argument_group("link")
+    group.add_argument("--link", metavar="LINK", dest=f"link{level}", action="append",
+                       help="udpin:HOST:PORT waits for the vehicle, udpout:HOST:PORT calls it, serial:DEVICE:BAUD is a "
+                       f"cable or radio; may be given several times, to use all at once (default {DEFAULT_LINK})")
+    group.add_argument("--timeout", type=positive, metavar="S",
+                       help=f"seconds to wait for the vehicle's heartbeat (default {DEFAULTS['timeout']:g})")
+    group.add_argument("--system", type=int, choices=range(1, 256), metavar="ID",
+                       help="system id of the vehicle (default: the first one heard)")
+    return parser
+
+
+def link_names(args: argparse.Namespace) -> list[str]:
+    """The links that were asked for, wherever --link stood."""
+    names = [name for level in range(_LEVELS) for name in getattr(args, f"link{level}", [])]
+    return names or [DEFAULT_LINK]
+
+
+def add_snapshot_option(parser: argparse.ArgumentParser) -> None:
+    """Where the snapshot of the parameters is kept."""
+    parser.add_argument("--snapshot", metavar="FILE", help="keep or find the snapshot that `param revert` goes back to "
+                        "here (default: one for each vehicle in the user's state folder)")
+
+
+def add_command(commands, name: str, run: Run, summary: str, examples: str) -> argparse.ArgumentParser:
+    """Add a subcommand with the common options; `examples` are lines to show below its help."""
+    parser = commands.add_parser(name, help=summary, description=summary[0].upper() + summary[1:] + ".",
+                                 epilog=f"example:\n{examples}", parents=[common_options()])
+    parser.set_defaults(run=run)
+    return parser
+
+
+def positive(text: str) -> float:
+    """A positive, finite number, as an argument type."""
+    try:
+        value = float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r} should be more than 0, and finite")
+    return value
+
+
+def known_name(name: str, known: Iterable[str]) -> str:
+    """`name` in capitals. Raises UsageError, with the closest name, when it is not among the known ones."""
+    known = list(known)
+    if name.upper() not in known:
+        raise UsageError(f"no parameter is called {name!r}{closest(name.upper(), known)}")
+    return name.upper()

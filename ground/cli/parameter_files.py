@@ -1,0 +1,99 @@
+"""kite-ground param save, savechanged and diff: the vehicle's parameters to a file, and against one."""
+
+import argparse
+from pathlib import Path
+
+from ground.cli.completion import complete_files
+from ground.cli.options import Connect, add_command, add_snapshot_option
+from ground.cli.terminal import parameter_progress
+from ground.errors import UsageError
+from ground.parameters.file import STYLES, read_parameter_file, write_parameter_file
+from ground.parameters.snapshot import SnapshotKeeper, describe_age
+from ground.parameters.view import Values, counted, differences, is_changed, width
+from protocol.contract import CONTRACT_HASH
+from protocol.parameter_table import load_parameters
+
+SNAPSHOT = "snapshot"
+
+
+def add_parameter_file_commands(verbs) -> None:
+    """Add the subcommands of `param` that write a file, or compare with one."""
+    save = add_command(verbs, "save", save_parameters, "write all parameters to a file",
+                       "  kite-ground param save before.param\n"
+                       "  kite-ground param save before.params --format qgroundcontrol")
+    changed = add_command(verbs, "savechanged", save_changed, "write the parameters that are not at their default to a "
+                          "file", "  kite-ground param savechanged gains.param")
+    for parser in (save, changed):
+        complete_files(parser.add_argument("file", metavar="FILE"))
+        parser.add_argument("--format", choices=list(STYLES), default="mavproxy",
+                            help="whose form the file has (default mavproxy)")
+        parser.add_argument("--force", action="store_true", help="write over a file that is there")
+    diff = add_command(verbs, "diff", show_difference, "show where the vehicle differs from a file, from the defaults, "
+                       "or from the snapshot", "  kite-ground param diff before.param\n"
+                       "  kite-ground param diff --to-snapshot")
+    complete_files(diff.add_argument("file", metavar="FILE", nargs="?", help="(default: the defaults)"))
+    diff.add_argument("--to-snapshot", action="store_true", help="against what `param revert` goes back to")
+    add_snapshot_option(diff)
+
+
+def save_parameters(args: argparse.Namespace, connect: Connect) -> int:
+    """param save."""
+    return _save(args, connect, changed_only=False)
+
+
+def save_changed(args: argparse.Namespace, connect: Connect) -> int:
+    """param savechanged."""
+    return _save(args, connect, changed_only=True)
+
+
+def show_difference(args: argparse.Namespace, connect: Connect) -> int:
+    """param diff. Sets nothing, and takes no snapshot."""
+    table = load_parameters()
+    if args.file and args.to_snapshot:
+        raise UsageError("param diff: FILE and --to-snapshot are two: give one of them")
+    other, heading = {name: parameter.default for name, parameter in table.items()}, "default"
+    if args.file:
+        other, heading = {name: entry.value for name, entry in read_parameter_file(args.file).items()}, args.file
+    with connect() as session:
+        session.check_contract()
+        if args.to_snapshot:
+            keeper = SnapshotKeeper(session, args.snapshot, args.wall_clock)
+            snapshot = keeper.find()
+            if snapshot is None:
+                raise UsageError(f"no snapshot of this flight: {keeper.path} is not there, or is from before the "
+                                 "vehicle was started")
+            print(f"snapshot of {describe_age(snapshot, args.wall_clock())}")
+            other, heading = snapshot.values, SNAPSHOT
+        values = session.parameters.fetch_all(parameter_progress())
+    show_differences(values, {name: value for name, value in other.items() if values.get(name) != value}, heading)
+    return 0
+
+
+def show_differences(values: Values, wanted: Values, heading: str) -> None:
+    """Print `wanted` against the vehicle's `values`."""
+    if not wanted:
+        print(f"no difference between the vehicle and {heading}")
+        return
+    columns = width()
+    for line in differences(load_parameters(), values, wanted, heading):
+        print(line[:columns])
+
+
+def _save(args: argparse.Namespace, connect: Connect, changed_only: bool) -> int:
+    """Only what the vehicle has said is written, and only once it has said all of it."""
+    if Path(args.file).exists() and not args.force:
+        raise UsageError(f"{args.file}: is there already: give another name, or --force to write over it")
+    with connect() as session:
+        session.check_contract()
+        values = session.parameters.fetch_all(parameter_progress())
+        system = session.connection.target.system
+    table = load_parameters()
+    if changed_only:
+        values = {name: value for name, value in values.items() if name not in table or is_changed(table[name], value)}
+        if not values:
+            print(f"all parameters are at their defaults: {args.file} was not written")
+            return 0
+    heading = (f"kitepilot, system {system}, contract {CONTRACT_HASH}",)
+    write_parameter_file(args.file, values, heading, args.format, system)
+    print(f"{counted(len(values))} written to {args.file}")
+    return 0

@@ -1,0 +1,137 @@
+"""kite-ground param load, revert and snapshot: many parameters set at once, after a look at what will change."""
+
+import argparse
+from pathlib import Path
+
+from ground.cli.completion import complete_files, complete_names
+from ground.cli.options import Connect, add_command, add_snapshot_option, known_name
+from ground.cli.parameter_files import SNAPSHOT, show_differences
+from ground.cli.terminal import confirm, parameter_progress, tell
+from ground.errors import NoAnswerError, UsageError, VehicleError
+from ground.parameters.changes import Change, ChangeState, count_states
+from ground.parameters.check import CheckedFile
+from ground.parameters.file import format_value
+from ground.parameters.snapshot import SnapshotKeeper, describe_age
+from ground.parameters.view import Values, counted
+from ground.session import Session
+from protocol.parameter_table import load_parameters
+
+
+def add_parameter_load_commands(verbs) -> None:
+    """Add the subcommands of `param` that set many parameters."""
+    load = add_command(verbs, "load", load_file, "set what a file (MAVProxy, Mission Planner, QGroundControl) has "
+                       "different", "  kite-ground param load before.param")
+    complete_files(load.add_argument("file", metavar="FILE"))
+    load.add_argument("--rest", action="store_true", help="where some lines cannot be sent, send the rest")
+    back = add_command(verbs, "revert", revert, "go back to the parameters as this flight began",
+                       "  kite-ground param revert\n  kite-ground param revert INNER_P OUTER_L")
+    complete_names(back.add_argument("name", metavar="NAME", nargs="*", help="only these (default: all)"))
+    mark = add_command(verbs, "snapshot", take_snapshot, "let `param revert` go back to the present values from "
+                       "here on", "  kite-ground param snapshot")
+    for parser in (load, back):
+        parser.add_argument("--yes", action="store_true", help="do not ask first")
+    for parser in (load, back, mark):
+        add_snapshot_option(parser)
+
+
+def load_file(args: argparse.Namespace, connect: Connect) -> int:
+    """param load."""
+    table = load_parameters()
+    file = CheckedFile(args.file, table)
+    if file.problems and not args.rest:
+        file.match(table, "no parameter is called")  # without asking the vehicle: every bad line is to be named
+        _refuse(file, args)
+    with connect() as session:
+        session.check_contract()
+        values = session.parameters.fetch_all(parameter_progress())
+        file.match(values)
+        _refuse(file, args)
+        for problem in file.problems:
+            tell(f"{problem}; left out")
+        keeper = SnapshotKeeper(session, args.snapshot, args.wall_clock)
+        keeper.complete(values)
+        return _settle(args, session, values, file.wanted, Path(args.file).name)
+
+
+def revert(args: argparse.Namespace, connect: Connect) -> int:
+    """param revert."""
+    names = [known_name(name, load_parameters()) for name in args.name]
+    with connect() as session:
+        session.check_contract()
+        keeper = SnapshotKeeper(session, args.snapshot, args.wall_clock)
+        snapshot = keeper.find()
+        if snapshot is None:
+            earlier = f"; the one in {keeper.path} is from before that" if keeper.path.exists() else ""
+            raise UsageError("nothing to go back to: no parameter was changed from here since the vehicle was started"
+                             f"{earlier}")
+        if missing := [name for name in names if name not in snapshot.values]:
+            raise UsageError(f"{missing[0]}: is not in the snapshot of {describe_age(snapshot, args.wall_clock())}")
+        print(f"snapshot of {describe_age(snapshot, args.wall_clock())}")
+        values = session.parameters.fetch_all(parameter_progress())
+        wanted = {name: value for name, value in snapshot.values.items()
+                  if name in values and (not names or name in names)}
+        return _settle(args, session, values, wanted, SNAPSHOT)
+
+
+def take_snapshot(args: argparse.Namespace, connect: Connect) -> int:
+    """param snapshot."""
+    with connect() as session:
+        keeper = SnapshotKeeper(session, args.snapshot, args.wall_clock)
+        values = keeper.renew(parameter_progress())
+    print(f"{counted(len(values))} kept in {keeper.path}; `kite-ground param revert` goes back to them")
+    return 0
+
+
+def _refuse(file: CheckedFile, args: argparse.Namespace) -> None:
+    """Send nothing where something is wrong, unless the user has said to send the rest."""
+    problems = file.problems
+    if not problems or args.rest:
+        return
+    for problem in problems if len(problems) > 1 else []:
+        tell(problem)
+    what = problems[0] if len(problems) == 1 else f"{file.path}: {len(problems)} lines cannot be sent"
+    raise UsageError(f"{what}; nothing was set (--rest sends what can be sent)")
+
+
+def _settle(args: argparse.Namespace, session: Session, values: Values, other: Values, heading: str) -> int:
+    """Show what differs, ask, and set it."""
+    table = load_parameters()
+    wanted = {name: value for name, value in other.items() if value != values[name]}
+    show_differences(values, wanted, heading)
+    for name in [name for name in wanted if name in table and table[name].read_only]:
+        tell(f"{name} is read only and stays as it is")
+        del wanted[name]
+    if not wanted:
+        print("nothing to set")
+        return 0
+    if not args.yes and not confirm(session, f"set {counted(len(wanted))}?"):
+        print("nothing was set")
+        return 0
+    return _set_all(session, [Change(name, values[name], value) for name, value in wanted.items()])
+
+
+def _set_all(session: Session, changes: list[Change]) -> int:
+    """Set each; a refusal does not stop the others, a vehicle that has fallen silent does."""
+    parameters = session.parameters
+    try:
+        parameters.write(changes, _tell_acknowledged)
+    except NoAnswerError:
+        for change in changes:
+            if change.state in (ChangeState.SENT, ChangeState.EDITED):
+                tell(f"{change.name} = {format_value(change.wanted)}: {change.state.value}")
+        raise
+    finally:
+        print(f"{counted(len(changes))}: {count_states(changes)}; asked again {parameters.asked_again} times",
+              flush=True)
+    refused = [change for change in changes if change.state is ChangeState.REFUSED]
+    for change in refused:
+        tell(change.reason)
+    if refused:
+        raise VehicleError(f"{len(refused)} of {counted(len(changes))} refused: "
+                           f"{', '.join(change.name for change in refused)}")
+    return 0
+
+
+def _tell_acknowledged(change: Change) -> None:
+    if change.state is ChangeState.ACKNOWLEDGED:
+        print(f"{change.name} = {format_value(change.wanted)}, acknowledged by the vehicle", flush=True)

@@ -1,0 +1,143 @@
+"""kite-ground param: show, get, set and watch, and the subcommands that take a file."""
+
+import argparse
+import contextlib
+import fnmatch
+import json
+
+from ground.cli.completion import complete_names
+from ground.cli.options import (
+    Connect,
+    add_command,
+    add_snapshot_option,
+    common_options,
+    known_name,
+    positive,
+)
+from ground.cli.parameter_files import add_parameter_file_commands
+from ground.cli.parameter_load import add_parameter_load_commands
+from ground.cli.terminal import parameter_progress, tell
+from ground.errors import GroundError, UsageError
+from ground.parameters.file import format_value, parse_number
+from ground.parameters.snapshot import SnapshotKeeper
+from ground.parameters.view import Values, facts, is_changed, row, sheet, width
+from ground.parameters.watch import watch
+from ground.session import Session
+from kite_analysis.console.closest import closest
+from protocol.parameter_table import load_parameters
+
+
+def add_parameter_commands(commands) -> None:
+    """Add `param` and its subcommands."""
+    group = commands.add_parser("param", help="show, set, save and load parameters", parents=[common_options(1)],
+                                description="Show, set, save and load the vehicle's parameters.")
+    verbs = group.add_subparsers(dest="verb", required=True, metavar="VERB")
+    show = add_command(verbs, "show", show_parameters, "list parameters, with a * where one is not at its default",
+                       "  kite-ground param show 'EIGHT_*'")
+    complete_names(show.add_argument("pattern", nargs="*", metavar="PATTERN",
+                                     help="names, with * and ? (default: all)"))
+    show.add_argument("--changed", action="store_true", help="only those that are not at their default")
+    get = add_command(verbs, "get", get_parameter, "show one parameter and what it means",
+                      "  kite-ground param get INNER_P")
+    complete_names(get.add_argument("name", metavar="NAME"))
+    for parser in (show, get):
+        parser.add_argument("--json", action="store_true", help="for a script")
+    put = add_command(verbs, "set", set_parameter, "set one parameter, and wait until the vehicle acknowledges it",
+                      "  kite-ground param set INNER_P 1.8")
+    complete_names(put.add_argument("name", metavar="NAME"))
+    put.add_argument("value", metavar="VALUE")
+    add_snapshot_option(put)
+    add_parameter_file_commands(verbs)
+    add_parameter_load_commands(verbs)
+    look = add_command(verbs, "watch", watch_parameters, "print parameters whenever they change, whoever changes them",
+                       "  kite-ground param watch 'INNER_*' OUTER_L")
+    complete_names(look.add_argument("pattern", nargs="*", metavar="PATTERN",
+                                     help="names, with * and ? (default: all)"))
+    look.add_argument("--every", type=positive, metavar="S", default=5.0,
+                      help="ask for all of them so often, in seconds (default 5)")
+    look.add_argument("--duration", type=positive, metavar="S", help="stop after so many seconds")
+
+
+def show_parameters(args: argparse.Namespace, connect: Connect) -> int:
+    """param show."""
+    table = load_parameters()
+    with connect() as session:
+        session.check_contract()
+        values = session.parameters.fetch_all(parameter_progress())
+    chosen = _matching(values, args.pattern)
+    if args.changed:
+        chosen = {name: value for name, value in chosen.items() if is_changed(table.get(name), value)}
+    if args.json:
+        print(json.dumps({name: facts(table.get(name), value) for name, value in chosen.items()}, indent=2))
+        return 0
+    columns = width()
+    for name, value in chosen.items():
+        print(row(name, table.get(name), value)[:columns])
+    if args.changed and not chosen:
+        tell("all of them are at their defaults")
+    return 0
+
+
+def get_parameter(args: argparse.Namespace, connect: Connect) -> int:
+    """param get."""
+    name = known_name(args.name, load_parameters())
+    with connect() as session:
+        session.check_contract()
+        value = session.parameters.fetch(name)
+    parameter = load_parameters()[name]
+    print(json.dumps({"name": name, **facts(parameter, value)}) if args.json
+          else "\n".join(sheet(name, parameter, value)))
+    return 0
+
+
+def set_parameter(args: argparse.Namespace, connect: Connect) -> int:
+    """param set."""
+    name = known_name(args.name, load_parameters())
+    try:
+        value = parse_number(args.value)
+    except ValueError as error:
+        raise UsageError(f"{name}: {error}") from None
+    with connect() as session:
+        session.check_contract()
+        keeper = SnapshotKeeper(session, args.snapshot, args.wall_clock)
+        kept = _protect(session, keeper, name)
+        written = session.parameters.set(name, value)
+        unit = load_parameters()[name].unit
+        print(f"{name} = {format_value(written)} {unit}".rstrip() + ", acknowledged by the vehicle", flush=True)
+        if kept:
+            keeper.finish(parameter_progress())
+    return 0
+
+
+def watch_parameters(args: argparse.Namespace, connect: Connect) -> int:
+    """param watch."""
+    with connect() as session, contextlib.suppress(KeyboardInterrupt):
+        session.check_contract()
+        values = session.parameters.fetch_all(parameter_progress())
+        chosen = _matching(values, args.pattern)
+        for name, value in chosen.items():
+            print(row(name, load_parameters().get(name), value), flush=True)
+        watch(session, chosen, args.every, args.duration or float("inf"), lambda text: print(text, flush=True))
+    return 0
+
+
+def _protect(session: Session, keeper: SnapshotKeeper, name: str) -> bool:
+    """Whether `name` is in the snapshot; a disk that is full keeps nobody from setting a gain in flight."""
+    try:
+        keeper.protect(name)
+    except UsageError as error:
+        session.notice(f"warning: no snapshot: {error}")
+        return False
+    except GroundError:
+        return False  # what is to be set may be set all the same; its own answer will tell
+    return True
+
+
+def _matching(values: Values, patterns: list[str]) -> Values:
+    chosen: Values = {}
+    for pattern in patterns or ["*"]:
+        found = {name: value for name, value in values.items() if fnmatch.fnmatchcase(name, pattern.upper())}
+        if not found:
+            raise UsageError(f"no parameter matches {pattern!r}{closest(pattern.upper(), values)}")
+        chosen |= found
+    return {name: value for name, value in values.items() if name in chosen}

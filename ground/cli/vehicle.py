@@ -1,0 +1,75 @@
+"""kite-ground monitor, mode, arm and disarm."""
+
+import argparse
+import contextlib
+import sys
+
+from ground.cli.monitor import monitor
+from ground.cli.options import Connect, add_command, positive
+from ground.cli.terminal import parameter_progress, tell
+from ground.errors import GroundError
+from ground.parameters.snapshot import SnapshotKeeper
+from ground.session import Session
+from ground.vehicle.state import MODE_NAMES
+
+
+def add_vehicle_commands(commands) -> None:
+    """Add the subcommands that watch and command the vehicle."""
+    watch = add_command(commands, "monitor", show_monitor, "show the vehicle live: a table in a terminal, a line a "
+                        "second in a pipe", "  kite-ground monitor\n"
+                        "  kite-ground --link serial:/dev/ttyACM0:115200 monitor")
+    watch.add_argument("--duration", type=positive, metavar="S", help="stop after so many seconds")
+    mode = add_command(commands, "mode", change_mode, "show the mode, or change it and wait until the vehicle is in it",
+                       "  kite-ground mode track")
+    mode.add_argument("mode", nargs="?", type=str.lower, metavar="MODE",
+                      choices=[name.lower() for name in MODE_NAMES.values()],
+                      help=", ".join(name.lower() for name in MODE_NAMES.values()))
+    add_command(commands, "arm", arm, "arm, and wait until the vehicle is armed", "  kite-ground arm")
+    add_command(commands, "disarm", disarm, "disarm, and wait until the vehicle is disarmed", "  kite-ground disarm")
+
+
+def show_monitor(args: argparse.Namespace, connect: Connect) -> int:
+    """monitor."""
+    with connect() as session, contextlib.suppress(KeyboardInterrupt):
+        monitor(session, sys.stdout, args.duration)
+    return 0
+
+
+def change_mode(args: argparse.Namespace, connect: Connect) -> int:
+    """mode."""
+    with connect() as session:
+        if args.mode is not None:
+            session.commander.set_mode(next(value for value, name in MODE_NAMES.items() if name.lower() == args.mode))
+        print(f"mode {_state(session)}")
+    return 0
+
+
+def arm(args: argparse.Namespace, connect: Connect) -> int:
+    """arm."""
+    with connect() as session:
+        was_armed = session.state.armed
+        session.commander.arm()
+        print(f"mode {_state(session)}", flush=True)
+        if not was_armed:
+            _begin_flight(args, session)
+    return 0
+
+
+def disarm(args: argparse.Namespace, connect: Connect) -> int:
+    """disarm."""
+    with connect() as session:
+        session.commander.disarm()
+        print(f"mode {_state(session)}")
+    return 0
+
+
+def _begin_flight(args: argparse.Namespace, session: Session) -> None:
+    """Keep the parameters as they are now for `param revert`: the kite is armed, whatever becomes of this."""
+    try:
+        SnapshotKeeper(session, None, args.wall_clock).renew(parameter_progress())
+    except GroundError as error:
+        tell(f"warning: no snapshot of this flight's parameters: {error}")
+
+
+def _state(session: Session) -> str:
+    return f"{session.state.mode_name}, {'armed' if session.state.armed else 'disarmed'}"

@@ -1,0 +1,203 @@
+"""A MAVLink conversation with one vehicle over one or several links, on a clock that is handed in."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from ground.link.duplicates import FirstCopies
+from ground.link.framing import Message
+from ground.link.links import Clock, Heard, Links
+from ground.link.round_trip import RoundTrip
+from ground.link.statistics import LinkStatistics
+from protocol import dialect
+
+Observer = Callable[[float, Message, bytes], None]
+
+GROUND_SYSTEM = 255
+GROUND_COMPONENT = dialect.MAV_COMP_ID_MISSIONPLANNER
+KITE_COMPONENT = dialect.MAV_COMP_ID_USER1  # KITE_STATE comes from here; from older firmware, from the autopilot
+HEARTBEAT_PERIOD_S = 1.0
+SILENCE_S = 10.0  # no message of any kind for so long: the link is down
+_MOST_TIMINGS = 512
+_FRAMES_PER_SECOND = 40  # more than a station sends in the mean
+_QUICK, _SLOW_S = 4, 0.8  # so many attempts as fast as the link is, and the others no faster than this
+_OVERTAKEN = 10  # more than a link's jitter does: it came over a slower link
+_PRESENT = (  # what says how things are now: one that was overtaken so far says how they were
+    dialect.MAVLink_heartbeat_message, dialect.MAVLink_kite_state_message, dialect.MAVLink_sys_status_message,
+    dialect.MAVLink_local_position_ned_message, dialect.MAVLink_param_value_message)
+
+
+class Address(NamedTuple):
+    """Who on the MAVLink network: system and component id."""
+
+    system: int
+    component: int
+
+
+def is_of(sender: Address, vehicle: Address | None) -> bool:
+    """Whether `sender` is the vehicle: its autopilot, or the component of the same system that tells a kite's state.
+
+    That has an id of its own, as ground stations that do not know KITE_STATE would otherwise miss its sequence numbers.
+    """
+    return vehicle is not None and sender in (vehicle, Address(vehicle.system, KITE_COMPONENT))
+
+
+class Connection:
+    """Sends and receives messages, beats its heart, and keeps count of how well the links do.
+
+    Everything happens inside `poll` and the two `wait` functions, which wait in `links.receive` only. The vehicle is
+    the first autopilot whose heartbeat is heard (`vehicle_system` narrows it down); until then requests go to system
+    1, component 1. A frame that comes over several links counts once.
+    """
+
+    def __init__(self, links: Links, vehicle_system: int | None = None) -> None:
+        self.links = links
+        self.clock: Clock = links.clock
+        self.vehicle: Address | None = None
+        self.others: set[int] = set()  # systems that are autopilots too, but not the one wanted
+        self.statistics = LinkStatistics()
+        self.round_trip = RoundTrip()
+        self.timing_period_s = HEARTBEAT_PERIOD_S  # how often the round trip is timed
+        self.vehicle_clock: tuple[float, float] | None = None  # its time since it started, and ours when that came [s]
+        self.every_second: list[Callable[[], None]] = []
+        self._vehicle_system = vehicle_system
+        self._renamed: int | None = None
+        self._encoder = dialect.MAVLink(None, GROUND_SYSTEM, GROUND_COMPONENT)
+        # The vehicle tells late commands by their numbers: those of this command follow those of the one before it.
+        self._encoder.seq = int(self.clock() * _FRAMES_PER_SECOND) % 256
+        self._first_copies = FirstCopies()
+        self._observers: list[tuple[Observer, bool]] = []
+        self._next_heartbeat_s = self._next_timing_s = self.clock()
+        self._timings: dict[int, list[float | None]] = {}  # TIMESYNC on its way
+
+    @property
+    def target(self) -> Address:
+        """Whom requests go to."""
+        return self.vehicle or Address(self._vehicle_system or 1, dialect.MAV_COMP_ID_AUTOPILOT1)
+
+    def add_observer(self, observer: Observer, everyone: bool = False) -> None:
+        """Call `observer(time_s, message, frame)` for the vehicle's messages, or for `everyone`'s and unknown ones."""
+        self._observers.append((observer, everyone))
+
+    def remove_observer(self, observer: Observer) -> None:
+        """Take back `add_observer`."""
+        self._observers = [entry for entry in self._observers if entry[0] != observer]
+
+    def send(self, message: Message, everywhere: bool = False) -> None:
+        """Send one message over the links that hear the vehicle, or over all of them."""
+        self.links.send(message.pack(self._encoder), everywhere)
+        self._encoder.seq = (self._encoder.seq + 1) % 256
+
+    def expect_renamed(self, system: int | None) -> None:
+        """The vehicle was told to take another system id: when that is heard, it is the vehicle. None: it was not."""
+        self._renamed = system
+
+    def poll(self, timeout_s: float) -> list[Message]:
+        """Wait up to `timeout_s` [s] for bytes, see to what is due, and return the vehicle's messages that came."""
+        now_s = self.clock()
+        if now_s >= self._next_heartbeat_s:
+            self._next_heartbeat_s = now_s + HEARTBEAT_PERIOD_S
+            self._speak_up()
+        if self.vehicle and now_s >= self._next_timing_s:
+            self._next_timing_s = now_s + self.timing_period_s
+            self._ask_the_time(now_s)
+        due_s = min(self._next_heartbeat_s, self._next_timing_s if self.vehicle else self._next_heartbeat_s)
+        return [heard.received.message for heard in self.links.receive(max(min(timeout_s, due_s - now_s), 0.0))
+                if self._take(heard)]
+
+    def wait_for(self, predicate: Callable[[Message], bool], timeout_s: float) -> Message | None:
+        """The vehicle's first message that `predicate` accepts, or None after `timeout_s` [s]."""
+        end_s = self.clock() + timeout_s
+        while (left_s := end_s - self.clock()) > 0.0:
+            for message in self.poll(left_s):
+                if predicate(message):
+                    return message
+        return None
+
+    def wait_until(self, condition: Callable[[], bool], timeout_s: float) -> bool:
+        """Whether `condition` (which observers change) came true within `timeout_s` [s]."""
+        end_s = self.clock() + timeout_s
+        while not condition():
+            left_s = end_s - self.clock()
+            if left_s <= 0.0:
+                return False
+            self.poll(left_s)
+        return True
+
+    def silence_s(self, since_s: float) -> float:
+        """How long the vehicle has been silent, counted from `since_s` on the clock at the earliest [s]."""
+        return self.clock() - max(since_s, self.statistics.last_s or since_s)
+
+    def patience_s(self, attempt: int) -> float:
+        """How long to wait for an answer to this attempt, counted from 0, before asking again [s].
+
+        After a few in vain there is more time, so that a short outage is outlived, and a full link not filled further.
+        """
+        wait_s = self.round_trip.timeout_s
+        return wait_s if attempt < _QUICK else max(wait_s, _SLOW_S)
+
+    def why_silent(self, since_s: float) -> str:
+        """How long was waited since `since_s` on the clock, why in vain as far as that is known, and what to try."""
+        tried = f"no answer in {self.clock() - since_s:.0f} s"
+        if self.silence_s(since_s) < SILENCE_S:
+            return (f"{tried}, though the vehicle is heard: what is sent does not reach it; "
+                    "try again nearer to it, or over another --link")
+        if problems := [link.problem for link in self.links.all if link.problem]:
+            return f"{tried}: the link is down ({'; '.join(problems)})"
+        return (f"{tried}, and nothing else from the vehicle: the link is down; "
+                "look at the vehicle's power, the radio and the cable, and try again")
+
+    def close(self) -> None:
+        """Close the links."""
+        self.links.close()
+
+    def _speak_up(self) -> None:
+        self.send(dialect.MAVLink_heartbeat_message(
+            dialect.MAV_TYPE_GCS, dialect.MAV_AUTOPILOT_INVALID, 0, 0, dialect.MAV_STATE_ACTIVE, 3), everywhere=True)
+        for action in self.every_second:
+            action()
+
+    def _ask_the_time(self, now_s: float) -> None:
+        stamp = int(now_s * 1e9) + 1
+        self._timings[stamp] = self.round_trip.ask(now_s)
+        if len(self._timings) > _MOST_TIMINGS:
+            del self._timings[next(iter(self._timings))]
+        self.send(dialect.MAVLink_timesync_message(0, stamp))
+
+    def _take(self, heard: Heard) -> bool:
+        """Pass a message on to whom it concerns; whether it is the vehicle's, and news."""
+        time_s, received = self.clock(), heard.received
+        message, sender = received.message, Address(received.system, received.component)
+        if isinstance(message, dialect.MAVLink_heartbeat_message):
+            self._meet(message, sender)
+        from_vehicle = is_of(sender, self.vehicle)
+        if from_vehicle:
+            heard.link.statistics.add(time_s, received.sequence, received.component)
+            if isinstance(message, dialect.MAVLink_heartbeat_message):
+                heard.link.meet(time_s)
+        if not self._first_copies.is_first(sender, received.frame):
+            return False
+        known = not isinstance(message, dialect.MAVLink_unknown)
+        overtaken = self.statistics.add(time_s, received.sequence, received.component) if from_vehicle else 0
+        news = from_vehicle and known and (overtaken < _OVERTAKEN or not isinstance(message, _PRESENT))
+        if from_vehicle and isinstance(message, dialect.MAVLink_timesync_message):
+            self._time(message, time_s)
+        for observer, everyone in list(self._observers):
+            if everyone or news:
+                observer(time_s, message, received.frame)
+        return news
+
+    def _meet(self, heartbeat: dialect.MAVLink_heartbeat_message, sender: Address) -> None:
+        if heartbeat.type == dialect.MAV_TYPE_GCS or heartbeat.autopilot == dialect.MAV_AUTOPILOT_INVALID:
+            return
+        if self.vehicle and self._renamed == sender.system:
+            self.vehicle, self._vehicle_system, self._renamed = sender, sender.system, None
+        elif self._vehicle_system not in (None, sender.system) or self.vehicle not in (None, sender):
+            self.others.add(sender.system)
+        elif self.vehicle is None:
+            self.vehicle = sender
+            self._next_heartbeat_s = self.clock()  # say hello, and time the first answer, at once
+
+    def _time(self, answer: dialect.MAVLink_timesync_message, time_s: float) -> None:
+        if answer.tc1 and (question := self._timings.pop(answer.ts1, None)) is not None:
+            self.round_trip.answer(question, time_s)
+            self.vehicle_clock = (answer.tc1 * 1e-9, time_s)

@@ -1,0 +1,76 @@
+"""From a stream of bytes to MAVLink messages, whatever else is in the stream."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from ground.link.printable import make_printable
+from kite_analysis.flights.tlog import frame_length
+from protocol import dialect
+
+Message = dialect.MAVLink_message
+_MARKERS = (dialect.PROTOCOL_MARKER_V1, dialect.PROTOCOL_MARKER_V2)
+
+
+class Received(NamedTuple):
+    """One message with its texts made printable, who sent it, its sequence number, and the frame as it came."""
+
+    message: Message
+    system: int
+    component: int
+    sequence: int
+    frame: bytes
+
+
+def frame_sequence(frame: bytes | bytearray) -> int:
+    """The frame's sequence number."""
+    return frame[4 if frame[0] == dialect.PROTOCOL_MARKER_V2 else 2]
+
+
+class FrameReader:
+    """Finds frames in bytes as they come. A bad one costs itself only: the search goes on a byte after its start."""
+
+    def __init__(self) -> None:
+        self._decoder = dialect.MAVLink(None)
+        self._buffer = bytearray()
+
+    def feed(self, data: bytes) -> Iterator[Received]:
+        """Take in `data` and yield every message that is whole and checks out. Never raises."""
+        self._buffer += data
+        while (start := self._find_marker()) is not None and len(self._buffer) - start >= 3:
+            del self._buffer[:start]
+            try:
+                length = frame_length(self._buffer)
+            except ValueError:
+                del self._buffer[0]
+                continue
+            if len(self._buffer) < length:
+                break
+            received = self._decode(self._buffer[:length])
+            certain = received is not None and not isinstance(received.message, dialect.MAVLink_unknown)
+            del self._buffer[: length if certain else 1]  # an unknown message may be noise with a good one inside
+            if received:
+                yield received
+
+    def _find_marker(self) -> int | None:
+        """Where the next frame may start; drops everything when that is nowhere."""
+        found = [at for at in (self._buffer.find(marker) for marker in _MARKERS) if at >= 0]
+        if not found:
+            self._buffer.clear()
+            return None
+        return min(found)
+
+    def _decode(self, frame: bytearray) -> Received | None:
+        try:
+            message = self._decoder.decode(bytearray(frame))
+        except dialect.MAVError:
+            return None
+        if isinstance(message, dialect.MAVLink_unknown) and not self._ends_cleanly(len(frame)):
+            return None
+        make_printable(message)
+        at = 5 if frame[0] == dialect.PROTOCOL_MARKER_V2 else 3
+        return Received(message, frame[at], frame[at + 1], frame_sequence(frame), bytes(frame))
+
+    def _ends_cleanly(self, length: int) -> bool:
+        """Whether another frame, or nothing, follows: all there is to tell an unknown message from noise."""
+        return len(self._buffer) == length or self._buffer[length] in _MARKERS
+

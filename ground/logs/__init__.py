@@ -1,0 +1,1 @@
+"""Recorded flights: written, read, plotted, exported."""

@@ -1,0 +1,56 @@
+"""The parameters that a log tells of, over time."""
+
+from bisect import bisect_right
+from itertools import pairwise
+from typing import NamedTuple
+
+from ground.link.connection import Address
+from ground.logs.reader import FlightLog
+from protocol import dialect
+
+
+class LoggedChange(NamedTuple):
+    """A parameter that took another value, `time_s` into the log."""
+
+    time_s: float
+    name: str
+    before: float
+    value: float
+
+
+class LoggedParameters:
+    """The values of `vehicle`'s parameters in `log`, as its PARAM_VALUEs told them.
+
+    `names` are in the vehicle's own order. `complete`: the log has every one of them, so that the vehicle's own
+    indices can be used.
+    """
+
+    def __init__(self, log: FlightLog, vehicle: Address) -> None:
+        self.total = 0
+        self._told: dict[str, list[tuple[float, float]]] = {}
+        places: dict[str, int] = {}
+        for entry in log.of(vehicle):
+            message = entry.message
+            if not isinstance(message, dialect.MAVLink_param_value_message):
+                continue
+            self._told.setdefault(message.param_id, []).append((entry.time_s, message.param_value))
+            if message.param_index < message.param_count:  # an answer to PARAM_SET may come without its place
+                places[message.param_id] = message.param_index
+                self.total = message.param_count
+        self.names = sorted(self._told, key=lambda name: (places.get(name, len(places)), name))
+        self.complete = self.total > 0 and sorted(places.values()) == list(range(self.total))
+
+    def value(self, name: str, time_s: float) -> float:
+        """What `name` was at `time_s`: the last told by then, or the first told at all. Raises KeyError."""
+        told = self._told[name]
+        return told[max(bisect_right(told, (time_s, float("inf"))) - 1, 0)][1]
+
+    def values(self, time_s: float) -> dict[str, float]:
+        """All of them at `time_s`."""
+        return {name: self.value(name, time_s) for name in self.names}
+
+    def changes(self) -> list[LoggedChange]:
+        """Every change of a value, in the order in which they came."""
+        found = [LoggedChange(time_s, name, before, value) for name, told in self._told.items()
+                 for (_, before), (time_s, value) in pairwise(told) if value != before]
+        return sorted(found)

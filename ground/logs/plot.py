@@ -1,0 +1,190 @@
+"""One picture of a recorded flight: the sky, the turning angle, the steering, and how the links did."""
+
+from datetime import UTC, datetime
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ground.link.connection import Address
+from ground.logs.parameters import LoggedChange, LoggedParameters
+from ground.logs.plot_parts import broken, legend, runs
+from ground.logs.quantities import Delays, delays, flight_table, link_quality
+from ground.logs.reader import FlightLog
+from ground.logs.sky import draw_lines, draw_sky
+from ground.vehicle.state import mode_name
+from kite_analysis.figure_eight import Array, TargetEight, wrap
+from kite_analysis.plots import new_figure
+from protocol import dialect
+
+_FLOWN, _TARGET, _ACTUAL, _GREY = "#1f4e9c", "#d1495b", "#e08e2b", "#8a9097"
+_BAND, _PALE = "#f4c9cf", "#9fb6d9"
+_MODES = {dialect.KITE_MODE_STANDBY: "#eceff1", dialect.KITE_MODE_MANUAL: "#fdf3d8",
+          dialect.KITE_MODE_PARK: "#e3f1e5", dialect.KITE_MODE_TRACK: "#ffffff"}
+_NEAR = 0.04  # of the time shown: changes nearer than that share a label
+_MOST_LABELS = 12
+_SMALL = 0.25  # of the limit: steering below that fills the axes instead
+_LIMITED = dialect.KITE_STATUS_SATURATED | dialect.KITE_STATUS_SLEWED
+_EIGHT = ("EIGHT_AZIMUTH", "EIGHT_ELEVATION", "EIGHT_HALF_W", "EIGHT_HALF_H", "EIGHT_DIRECTION")
+
+
+class Flight(NamedTuple):
+    """What is drawn of a flight, between `from_s` and `to_s` [s]; `table` as of `flight_table`, cut to that."""
+
+    table: dict[str, Array]
+    delays: Delays
+    quality: tuple[Array, Array, Array]
+    parameters: LoggedParameters
+    from_s: float
+    to_s: float
+    title: str
+
+
+def flight_of(log: FlightLog, vehicle: Address, from_s: float, to_s: float) -> Flight:
+    """What `log` tells of `vehicle` from `from_s` to `to_s`; the table may be empty."""
+    table = flight_table(log, vehicle)
+    first_s = from_s if from_s > 0.0 else -np.inf  # what came late at the log's start was sent before it
+    within = (table["time_s"] >= first_s) & (table["time_s"] <= to_s)
+    began = datetime.fromtimestamp(log.start_us * 1e-6, UTC)
+    title = f"{log.path.name}: kite {vehicle.system}, {began:%d %B %Y %H:%M} UTC"
+    return Flight({name: values[within] for name, values in table.items()}, delays(log, vehicle),
+                  link_quality(log, vehicle), LoggedParameters(log, vehicle), from_s, to_s, title)
+
+
+def plot_log(flight: Flight) -> Any:
+    """The figure.
+
+    Raises:
+        ExtraMissingError: matplotlib is not installed.
+    """
+    figure, _ = new_figure(10.0, 13.0)
+    figure.clear()
+    sky, *below = figure.subplots(5, 1, height_ratios=[1.7, 1.1, 0.9, 0.9, 0.7])
+    _, azimuth, elevation = broken(*(flight.table[name] for name in ("time_s", "azimuth_rad", "elevation_rad")))
+    view = draw_sky(sky, azimuth, elevation, _eights(flight))
+    legend(sky)
+    for draw, axes in zip((_draw_turning_angle, _draw_steering, _draw_delays, _draw_loss), below, strict=True):
+        _draw_modes(axes, flight.table)
+        draw(axes, flight)
+        axes.set_xlim(flight.from_s, flight.to_s)
+        axes.grid(alpha=0.3)
+    for axes in below[:-1]:
+        axes.tick_params(labelbottom=False)
+    below[-1].set_xlabel("time [s]")
+    _name_modes(below[0], flight)
+    _draw_changes(below, flight)
+    figure.align_ylabels(below)
+    figure.suptitle(flight.title, fontsize=12)
+    figure.draw_without_rendering()
+    draw_lines(sky, view)
+    return figure
+
+
+def _eights(flight: Flight) -> list[TargetEight]:
+    """The targets that were flown; none where the log does not tell all of their parameters."""
+    if not set(_EIGHT) <= set(flight.parameters.names):
+        return []
+    changed = [change.time_s for change in flight.parameters.changes()
+               if change.name in _EIGHT and flight.from_s < change.time_s <= flight.to_s]
+    return list(dict.fromkeys(TargetEight.from_parameters(lambda name, at=time_s: flight.parameters.value(name, at))
+                              for time_s in [flight.from_s, *changed]))
+
+
+def _draw_turning_angle(axes: Any, flight: Flight) -> None:
+    course = np.unwrap(flight.table["course_rad"])
+    course -= 2.0 * np.pi * np.round(np.median(course) / (2.0 * np.pi))
+    target = course + wrap(flight.table["target_course_rad"] - course)
+    time_s, course, target = broken(flight.table["time_s"], course, target)
+    axes.plot(time_s, np.degrees(target), "--", color=_TARGET, lw=1.0, label=r"target $\theta_t$")
+    axes.plot(time_s, np.degrees(course), color=_FLOWN, lw=1.0, label=r"flown $\theta$")
+    axes.set_ylabel("turning angle [deg]")
+    axes.margins(y=0.08)
+    axes.yaxis.get_major_locator().set_params(steps=[1, 1.8, 3, 4.5, 9, 10])  # parts of a turn
+    legend(axes)
+
+
+def _draw_steering(axes: Any, flight: Flight) -> None:
+    table = flight.table
+    limited = (table["status"].astype(int) & _LIMITED) != 0
+    for index, (start_s, end_s, at_limit) in enumerate(runs(table["time_s"], limited)):
+        if at_limit:
+            axes.axvspan(start_s, end_s, color=_BAND, lw=0, zorder=0, label="held by a limit" if index < 2 else None)
+    time_s, asked, actual = broken(table["time_s"], table["steering_asked"], table["steering"])
+    if np.isfinite(actual).any():
+        axes.plot(time_s, actual, color=_ACTUAL, lw=1.0, label="actual")
+    axes.plot(time_s, asked, color=_FLOWN, lw=0.9, label="asked")
+    peak = float(np.nanmax(np.abs(np.concatenate([asked, actual])), initial=0.0))
+    most = 1.0
+    if "STEER_MAX" in flight.parameters.names:
+        limit = np.array([flight.parameters.value("STEER_MAX", at) for at in table["time_s"]])
+        most = float(limit.max())
+        name = f"limits, out of sight at ±{most:g}" if peak < _SMALL * most else "limits"
+        for sign, label in ((1.0, name), (-1.0, None)):
+            axes.plot(table["time_s"], sign * limit, ":", color=_GREY, lw=1.3, label=label)
+    shown = 1.12 * most if peak >= _SMALL * most else max(1.5 * peak, 0.01 * most)
+    axes.set(ylabel="steering", ylim=(-shown, shown))
+    legend(axes)
+
+
+def _draw_delays(axes: Any, flight: Flight) -> None:
+    found = flight.delays
+    age = "age of the sample used" + ("" if found.absolute_age else ", above its least")
+    time_s, down, old = broken(found.state_at_s, found.telemetry_s * 1e3, found.sample_age_s * 1e3)
+    axes.plot(time_s, down, ".", color=_PALE, ms=1.5)
+    axes.plot([], [], ".", color=_PALE, ms=6, label="telemetry down, above its least")
+    axes.plot(time_s, old, color=_FLOWN, lw=0.8, label=age)
+    if found.round_trip_s.size:
+        axes.plot(found.round_trip_at_s, found.round_trip_s * 1e3, "-o", color=_TARGET, lw=0.8, ms=2.5,
+                  label="round trip")
+    shown = np.concatenate([
+        values[(at_s >= flight.from_s) & (at_s <= flight.to_s)] * 1e3 for at_s, values in (
+            (found.state_at_s, found.telemetry_s), (found.state_at_s, found.sample_age_s),
+            (found.round_trip_at_s, found.round_trip_s))])
+    axes.set(ylabel="delay [ms]", ylim=(0.0, 1.1 * max(shown.max(initial=0.0), 1.0)))
+    legend(axes)
+
+
+def _draw_loss(axes: Any, flight: Flight) -> None:
+    time_s, loss, rate_hz = flight.quality
+    axes.fill_between(time_s, 0.0, loss * 100.0, step="mid", color=_TARGET, alpha=0.7, lw=0,
+                      label="lost" if np.isfinite(loss).any() else "lost: not told by this log")
+    worst = float(np.nanmax(loss, initial=0.0)) * 100.0
+    axes.set(ylabel="messages lost [%]", ylim=(0.0, min(max(1.2 * worst, 5.0), 100.0)))
+    right = axes.twinx()
+    right.plot(time_s, rate_hz, color=_GREY, lw=1.0, label="received")
+    right.set_ylim(0.0, 1.3 * max(float(rate_hz.max(initial=0.0)), 1.0))
+    right.set_ylabel("received [1/s]", color=_GREY)
+    legend(axes, right)
+
+
+def _draw_modes(axes: Any, table: dict[str, Array]) -> None:
+    for start_s, end_s, mode in runs(table["time_s"], table["mode"]):
+        axes.axvspan(start_s, end_s, color=_MODES.get(int(mode), "#ffffff"), lw=0, zorder=-1)
+
+
+def _name_modes(axes: Any, flight: Flight) -> None:
+    """The mode at the top of these axes, where there is room for its name."""
+    for start_s, end_s, mode in runs(flight.table["time_s"], flight.table["mode"]):
+        if end_s - start_s > 0.06 * (flight.to_s - flight.from_s):
+            axes.text(start_s, 1.02, " " + mode_name(int(mode)), transform=axes.get_xaxis_transform(), fontsize=8,
+                      color=_GREY, va="bottom")
+
+
+def _draw_changes(below: Any, flight: Flight) -> None:
+    """A line through all of `below` where parameters were changed, with what became what."""
+    changes = [change for change in flight.parameters.changes() if flight.from_s <= change.time_s <= flight.to_s]
+    near_s = _NEAR * (flight.to_s - flight.from_s)
+    groups: list[list[LoggedChange]] = []
+    for change in changes:
+        if groups and change.time_s - groups[-1][0].time_s < near_s:
+            groups[-1].append(change)
+        else:
+            groups.append([change])
+    for group in groups:
+        for axes in below:
+            axes.axvline(group[0].time_s, color="black", lw=0.8, ls=(0, (4, 3)))
+        if len(groups) <= _MOST_LABELS:
+            first, more = group[0], len(group) - 1
+            text = f"{first.name} {first.before:.4g} → {first.value:.4g}" + (f", {more} more" if more else "")
+            below[0].text(group[0].time_s, 0.02, f" {text}", transform=below[0].get_xaxis_transform(), rotation=90,
+                          fontsize=7, ha="right", va="bottom",
+                          bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0})

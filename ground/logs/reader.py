@@ -1,0 +1,179 @@
+"""A recorded flight, read back from its tlog: every message, who sent it and when it came."""
+
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from ground.errors import UsageError
+from ground.link.connection import KITE_COMPONENT, Address, is_of
+from ground.link.framing import Message
+from ground.link.printable import make_printable
+from kite_analysis.flights.tlog import read_tlog
+from protocol import dialect
+
+Heartbeat = dialect.MAVLink_heartbeat_message
+_MARKER_2 = dialect.PROTOCOL_MARKER_V2
+_LONGEST_PAUSE_US = 86_400_000_000  # a day without any message is no pause of a flight: the clock was set
+_END_OF_DATES_US = 253_402_300_800_000_000  # the year 10000
+
+
+class Logged(NamedTuple):
+    """One message of a log; `time_s` [s] counts from the log's first frame and never goes back."""
+
+    time_s: float
+    sender: Address
+    sequence: int
+    message: Message
+    frame: bytes
+
+
+class FlightLog:
+    """What a tlog holds. `remarks` are lines for the user on what of it cannot be used.
+
+    `start_us` is when its first frame came, in microseconds since 1970 (UTC).
+    """
+
+    def __init__(self, path: str | Path, messages: list[Logged], start_us: int, remarks: list[str]) -> None:
+        self.path = Path(path)
+        self.messages = messages
+        self.start_us = start_us
+        self.remarks = remarks
+        self.vehicles = _vehicles(messages)
+        self.stations = {entry.sender for entry in messages
+                         if isinstance(entry.message, Heartbeat) and entry.message.type == dialect.MAV_TYPE_GCS}
+
+    @property
+    def duration_s(self) -> float:
+        """Time from the first frame to the last [s]."""
+        return self.messages[-1].time_s
+
+    def vehicle(self, system: int | None = None) -> Address:
+        """Whose flight this is: the only autopilot, or the one with this system id. Raises UsageError."""
+        found = [address for address in self.vehicles if system in (None, address.system)]
+        if len(found) == 1:
+            return found[0]
+        heard = ", ".join(str(address.system) for address in self.vehicles) or "none"
+        if not self.vehicles:
+            raise UsageError(f"{self.path}: no autopilot is heard in this log")
+        advice = "choose one with --system" if system is None else "check --system"
+        raise UsageError(f"{self.path}: holds the autopilots of systems {heard}: {advice}")
+
+    def of(self, vehicle: Address) -> Iterator[Logged]:
+        """The messages of one vehicle."""
+        return (entry for entry in self.messages if is_of(entry.sender, vehicle))
+
+
+def read_flight_log(path: str | Path) -> FlightLog:
+    """Read the tlog at `path` whole.
+
+    Raises:
+        UsageError: it cannot be read, is no tlog, or holds nothing.
+    """
+    messages: list[Logged] = []
+    decoder = dialect.MAVLink(None)
+    clock = _RecorderClock()
+    broken, remarks = 0, []
+    try:
+        for stamp_us, frame in read_tlog(path):
+            time_s = clock.elapsed_s(stamp_us)
+            try:
+                message = decoder.decode(bytearray(frame))
+            except dialect.MAVError:
+                broken += 1
+                continue
+            make_printable(message)
+            sequence = frame[4 if frame[0] == _MARKER_2 else 2]
+            messages.append(Logged(time_s, sender_of(frame), sequence, message, frame))
+    except OSError as error:
+        raise UsageError(f"{path}: cannot read: {error.strerror}") from None
+    except ValueError as error:
+        if not messages:
+            raise UsageError(f"{error}") from None
+        remarks.append(f"{error}; what comes before is used")
+    if not messages:
+        raise UsageError(f"{path}: holds no message")
+    return FlightLog(path, messages, clock.start_us, remarks + clock.remarks + _left_out(messages, broken))
+
+
+class _RecorderClock:
+    """The recorder's stamps as time that passes. Where its clock was set, or a stamp is damaged, time stands still."""
+
+    def __init__(self) -> None:
+        self._last_us: int | None = None
+        self._elapsed_us = 0
+        self._starts: Counter[int] = Counter()  # when the log began, by the stamps of each stretch without a jump
+        self._jumps_us: list[int] = []
+
+    def elapsed_s(self, stamp_us: int) -> float:
+        """Time [s] from the first stamp to this one, the next."""
+        step_us = 0 if self._last_us is None else stamp_us - self._last_us
+        self._last_us = stamp_us
+        if 0 <= step_us <= _LONGEST_PAUSE_US:
+            self._elapsed_us += step_us
+        else:
+            self._jumps_us.append(step_us)
+        self._starts[stamp_us - self._elapsed_us] += 1
+        return self._elapsed_us * 1e-6
+
+    @property
+    def start_us(self) -> int:
+        """When the first frame came, by most of the stamps, in us since 1970 (UTC); 0 if that is no date."""
+        start_us = self._starts.most_common(1)[0][0] if self._starts else 0
+        return start_us if 0 <= start_us < _END_OF_DATES_US else 0
+
+    @property
+    def remarks(self) -> list[str]:
+        """A line where the stamps jump."""
+        if not self._jumps_us:
+            return []
+        largest_s = max(self._jumps_us, key=abs) * 1e-6
+        return [f"the recorder's clock jumps {_times(len(self._jumps_us))}, by up to {largest_s:+.3g} s: "
+                "the jumps are left out, all messages are used"]
+
+
+def frame_id(frame: bytes) -> int:
+    """The message id in a frame."""
+    return int.from_bytes(frame[7:10], "little") if frame[0] == _MARKER_2 else frame[5]
+
+
+def sender_of(frame: bytes) -> Address:
+    """Who sent a frame."""
+    at = 5 if frame[0] == _MARKER_2 else 3
+    return Address(frame[at], frame[at + 1])
+
+
+def payload(frame: bytes, length: int) -> bytes:
+    """The frame's payload, with the zeros that MAVLink 2 leaves out, `length` bytes in all."""
+    start = 10 if frame[0] == _MARKER_2 else 6
+    return frame[start : start + frame[1]].ljust(length, b"\0")[:length]
+
+
+def _left_out(messages: list[Logged], broken: int) -> list[str]:
+    unknown = Counter(frame_id(entry.frame) for entry in messages if isinstance(entry.message, dialect.MAVLink_unknown))
+    remarks = []
+    if unknown:
+        ids = ", ".join(str(number) for number in sorted(unknown))
+        remarks.append(f"{unknown.total()} messages are of kinds not known here (ids {ids})")
+    if broken:
+        remarks.append(f"{broken} frames are broken: their checksum is wrong")
+    return remarks
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"
+
+
+def _vehicles(messages: list[Logged]) -> list[Address]:
+    """The autopilots, by their heartbeats; else whoever sends a kite's state, as in a log cut short."""
+    beats = [entry.sender for entry in messages if isinstance(entry.message, Heartbeat)
+             and entry.message.type != dialect.MAV_TYPE_GCS
+             and entry.message.autopilot != dialect.MAV_AUTOPILOT_INVALID]
+    states = [_autopilot_of(entry.sender) for entry in messages
+              if isinstance(entry.message, dialect.MAVLink_kite_state_message)]
+    return list(dict.fromkeys(beats or states))
+
+
+def _autopilot_of(sender: Address) -> Address:
+    """Whose state `sender` tells."""
+    return Address(sender.system, dialect.MAV_COMP_ID_AUTOPILOT1) if sender.component == KITE_COMPONENT else sender

@@ -1,0 +1,96 @@
+"""The sky as the kite's pilot sees it: a flight and its target on the sphere, with lines of azimuth and elevation."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from kite_analysis.figure_eight import Array, TargetEight, unit_position
+
+_FLOWN, _TARGET, _LINES, _TEXT = "#1f4e9c", "#d1495b", "#d5d9dd", "#8a9097"
+_MARGIN = 0.06
+_SIDES = 2.0  # [rad]: lines further round than that come in from above, and get no number
+
+
+def draw_sky(axes: Any, azimuth: Array, elevation: Array, eights: list[TargetEight]) -> "View":
+    """Draw the flight (n,) [rad], which may have gaps of NaN, and its targets; the last of these is the strongest.
+
+    Seen from the ground point. Each point lies in its true direction and at its true distance, in degrees of a great
+    circle, from the target's centre (the azimuthal equidistant projection), so that the zenith is no edge.
+    """
+    view = View(eights[-1] if eights else None, azimuth, elevation)
+    for eight in eights:
+        last = eight is eights[-1]
+        right, up = view.project(*eight.angles(np.linspace(0.0, 2 * np.pi, 400)))
+        axes.plot(right, up, "--", color=_TARGET, lw=1.3 if last else 0.8, alpha=1.0 if last else 0.5, zorder=3,
+                  label="target" if last else None)
+    right, up = view.project(azimuth, elevation)
+    axes.plot(right, up, color=_FLOWN, lw=0.9, label="flown")
+    axes.plot(right[:1], up[:1], "o", color=_FLOWN, ms=5, label="start")
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.margins(_MARGIN)
+    axes.set(xticks=[], yticks=[], xlabel="seen along the wind [deg]: azimuth at the edges, elevation up the middle")
+    return view
+
+
+def draw_lines(axes: Any, view: "View") -> None:
+    """Lines of equal azimuth and elevation with their numbers, where the figure's layout left the axes."""
+    limits = axes.get_xlim(), axes.get_ylim()
+    width = min(limits[0][1] - limits[0][0], 2 * (limits[1][1] - limits[1][0]))
+    step = next((step for step in (5, 10, 15, 30) if width / step < 9), 45)
+    around = view.azimuth + np.radians(np.linspace(-180.0, 180.0, 721))
+    for elevation in range(0, 90, step):
+        level = np.full_like(around, np.radians(elevation))
+        _add_line(axes, view.project(around, level), 1.4 if elevation == 0 else 0.7)
+        middle = view.project(np.array([view.azimuth]), level[:1])
+        _add_number(axes, middle, limits, f"{elevation}")
+    upwards = np.linspace(0.0, np.pi / 2, 181)
+    for azimuth in range(-180 + step, 181, step):
+        line = view.project(np.full_like(upwards, np.radians(azimuth)), upwards)
+        _add_line(axes, line, 0.7)
+        if abs(math.remainder(np.radians(azimuth) - view.azimuth, math.tau)) < _SIDES:
+            _add_number(axes, line, limits, f"{azimuth}")
+    _add_line(axes, view.project(np.array([0.0]), np.array([np.pi / 2])), 0.0)
+
+
+class View:
+    """The projection about a target's centre, or about the middle of the flight where there is no target."""
+
+    def __init__(self, eight: TargetEight | None, azimuth: Array, elevation: Array) -> None:
+        if eight is not None:
+            self.azimuth, self.elevation = eight.azimuth, eight.elevation
+        else:
+            middle = np.nanmean(unit_position(azimuth, elevation), axis=0)
+            self.azimuth = float(np.arctan2(middle[1], middle[0]))
+            self.elevation = float(np.arctan2(middle[2], np.hypot(middle[0], middle[1])))
+        self._centre = unit_position(np.array(self.azimuth), np.array(self.elevation))
+        self._up = unit_position(np.array(self.azimuth), np.array(self.elevation + np.pi / 2))
+        self._right = np.cross(self._centre, self._up)
+
+    def project(self, azimuth: Array, elevation: Array) -> tuple[Array, Array]:
+        """Degrees to the right and up from the centre."""
+        position = unit_position(azimuth, elevation)
+        right, up = position @ self._right, position @ self._up
+        across = np.hypot(right, up)
+        distance = np.degrees(np.arctan2(across, position @ self._centre))
+        scale = distance / np.where(across > 0.0, across, 1.0)
+        return scale * right, scale * up
+
+
+def _add_line(axes: Any, line: tuple[Array, Array], width: float) -> None:
+    """A line that has no say in what is shown; of no width, a cross."""
+    from matplotlib.lines import Line2D  # noqa: PLC0415  (an extra, loaded when the first plot is drawn)
+
+    axes.add_artist(Line2D(*line, color=_LINES, lw=width, marker=None if width else "+", ms=6, zorder=0))
+
+
+def _add_number(axes: Any, line: tuple[Array, Array], limits: Any, text: str) -> None:
+    """The line's number where it comes into sight."""
+    right, up = line
+    inset = _MARGIN / 3 * (limits[1][1] - limits[1][0])
+    seen = ((right > limits[0][0] + inset) & (right < limits[0][1] - inset)
+            & (up > limits[1][0] + inset) & (up < limits[1][1] - inset))
+    if seen.any():
+        at = int(np.argmax(seen))
+        axes.text(right[at], up[at], text, color=_TEXT, fontsize=7, ha="center", va="center", zorder=0.5,
+                  bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8})

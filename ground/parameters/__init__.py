@@ -1,0 +1,1 @@
+"""The vehicle's parameters: fetched, set, watched, compared, kept in files."""

@@ -1,0 +1,119 @@
+"""A value on its way to the vehicle, and what the vehicle says about it: edited, sent and acknowledged are three."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+from ground.link.connection import GROUND_SYSTEM, Connection
+from ground.link.framing import Message
+from ground.parameters.refusals import Table, explain, foreseen
+from protocol import dialect
+
+RENAMING = "SYSTEM_ID"
+_SURPRISES = 3  # refusals that the table does not foresee, before they are believed: one may answer an older request
+
+
+class ChangeState(Enum):
+    """How far a change has come. SENT: whether the vehicle took it is not known."""
+
+    EDITED = "edited, not sent"
+    SENT = "sent, not acknowledged"
+    ACKNOWLEDGED = "acknowledged by the vehicle"
+    REFUSED = "refused by the vehicle"
+
+
+@dataclass
+class Change:
+    """`name` is to have the value `wanted` (a float32); `before` is what it had, where that is known.
+
+    `reason` says in one line why it was refused; `sent` counts the requests.
+    """
+
+    name: str
+    before: float | None
+    wanted: float
+    state: ChangeState = ChangeState.EDITED
+    reason: str = ""
+    sent: int = 0
+
+
+Told = Callable[[Change], None]
+
+
+def count_states(changes: Sequence[Change]) -> str:
+    """How many of `changes` are in which state, in words."""
+    counts = [(state, [change.state for change in changes].count(state)) for state in ChangeState]
+    return ", ".join(f"{count} {state.value}" for state, count in counts if count)
+
+
+class Setting:
+    """Sends one change over `connection` as often as it is told to, and takes in the answers.
+
+    `alone`: no other change is under way, so that a warning of the vehicle's may be taken for this one's reason.
+    """
+
+    def __init__(self, connection: Connection, table: Table, change: Change, alone: bool) -> None:
+        self.change = change
+        self.settled = False
+        self.due_s = float("-inf")  # when to send it again
+        self._connection, self._table, self._alone = connection, table, alone
+        self._present: float | None = None
+        self._error: int | None = None
+        self._text: str | None = None
+        self._refusals = 0
+
+    @property
+    def surprising(self) -> bool:
+        """Whether it was refused for a reason that the table does not have: another value may be in the way."""
+        return self._error is not None and not self._foreseen()
+
+    def send(self) -> None:
+        """Send it, once more."""
+        system, component = self._connection.target
+        change = self.change
+        self._connection.send(dialect.MAVLink_param_set_message(
+            system, component, change.name.encode("ascii"), change.wanted, dialect.MAV_PARAM_TYPE_REAL32))
+        if change.name == RENAMING:
+            self._connection.expect_renamed(int(change.wanted))
+        self.due_s = self._connection.clock() + self._connection.patience_s(change.sent)
+        change.sent += 1
+        change.state = ChangeState.SENT
+
+    def observe(self, message: Message) -> None:
+        """Take in what the vehicle says."""
+        name = self.change.name
+        if isinstance(message, dialect.MAVLink_statustext_message):
+            if self._alone and message.severity <= dialect.MAV_SEVERITY_WARNING:
+                self._text = message.text
+        elif isinstance(message, dialect.MAVLink_param_value_message) and message.param_id == name:
+            self._present = message.param_value
+            if self._present == self.change.wanted:
+                self.settled, self.change.state = True, ChangeState.ACKNOWLEDGED
+        elif isinstance(message, dialect.MAVLink_param_error_message) and refuses(message, name):
+            self._error = message.error
+            self._refusals += 1
+            if self._foreseen() or not self._alone or self._refusals >= _SURPRISES:
+                self.settled = True
+                self.give_up()
+
+    def give_up(self) -> None:
+        """No more of it is sent: what was heard is the answer, if anything was."""
+        change = self.change
+        if self._error is not None:
+            change.reason = explain(self._table, change.name, change.wanted, self._error, self._text)
+        elif self._present is not None:
+            change.reason = (f"{change.name}: asked for {change.wanted:g}, but the vehicle keeps answering "
+                             f"{self._present:g}")
+        else:
+            return
+        change.state = ChangeState.REFUSED
+        if change.name == RENAMING:
+            self._connection.expect_renamed(None)
+
+    def _foreseen(self) -> bool:
+        return self._error is not None and foreseen(self._table, self.change.name, self.change.wanted, self._error)
+
+
+def refuses(error: dialect.MAVLink_param_error_message, name: str) -> bool:
+    """Whether this refusal is about `name`, and meant for this ground station or for all."""
+    return error.param_id == name and error.target_system in (0, GROUND_SYSTEM)

@@ -1,0 +1,181 @@
+"""The parameters as they were when this flight began, kept on disk so that the next command can go back to them.
+
+One file per vehicle, `system-ID.param` in the user's state folder, in MAVProxy's form. It is taken once, by the first
+command that changes or reads the parameters, and stays until the vehicle is started anew, until `kite-ground arm`
+begins a flight, or until `kite-ground param snapshot`. What it takes the place of is kept beside it.
+"""
+
+import os
+import time
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import NamedTuple
+
+from ground.errors import NoAnswerError, UsageError
+from ground.parameters.file import ParameterFileError, scan_parameter_file, write_parameter_file
+from ground.parameters.listing import Progress
+from ground.session import Session
+from protocol.contract import CONTRACT_HASH
+
+_KEPT = 10  # earlier snapshots of a vehicle
+_CLOCK_S, _CLOCK_SHARE = 3.0, 0.002  # how far two clocks may be apart, and drift
+_UPTIME_WAIT_S = 4.0
+_FAST = 1.5
+
+
+class Snapshot(NamedTuple):
+    """Values by name. Taken at `taken_s` (seconds since 1970), when the vehicle had been running for `uptime_s`.
+
+    `complete`: holds all of the vehicle's parameters, not only those that had to be kept at once.
+    """
+
+    values: dict[str, float]
+    taken_s: float
+    uptime_s: float
+    complete: bool
+
+
+class SnapshotKeeper:
+    """Takes and finds the snapshot of the vehicle that `session` hears.
+
+    `file` overrides where it is kept; `now` gives seconds since 1970.
+    """
+
+    def __init__(self, session: Session, file: str | Path | None = None,
+                 now: Callable[[], float] = time.time) -> None:
+        self.path = Path(file) if file else state_folder() / f"system-{session.connection.target.system}.param"
+        self._session, self._now, self._stated = session, now, file is not None
+
+    def find(self) -> Snapshot | None:
+        """The snapshot that holds: of this vehicle since it was started; None where there is none.
+
+        Raises:
+            ParameterFileError: the file is there and cannot be read.
+        """
+        if not self.path.exists():
+            return None
+        snapshot = read_snapshot(self.path)
+        return snapshot if self._stated or not self._is_of_another_start(snapshot) else None
+
+    def protect(self, name: str) -> float:
+        """Have `name` in the snapshot before it is changed; returns its present value. One exchange, no more."""
+        value = self._session.parameters.fetch(name)
+        snapshot = self.find()
+        if snapshot is None:
+            self._write({name: value}, complete=False)
+        elif name not in snapshot.values:
+            self._write({**snapshot.values, name: value}, snapshot.complete, snapshot)
+        return value
+
+    def complete(self, values: dict[str, float]) -> None:
+        """Add what the snapshot does not have yet, from the vehicle's present `values`."""
+        snapshot = self.find()
+        if snapshot is None:
+            self._write(values, complete=True)
+        elif not snapshot.complete:
+            self._write({**values, **snapshot.values}, True, snapshot)
+
+    def finish(self, progress: Progress | None = None) -> None:
+        """Fetch what the snapshot still lacks. A vehicle that does not answer is remarked upon, no more."""
+        snapshot = self.find()
+        if snapshot is not None and snapshot.complete:
+            return
+        try:
+            self.complete(self._session.parameters.fetch_all(progress))
+        except NoAnswerError as error:
+            self._session.notice(f"the snapshot is not complete: {error}")
+
+    def renew(self, progress: Progress | None = None) -> dict[str, float]:
+        """From now on the vehicle's present values, which are returned, are what there is to go back to."""
+        values = self._session.parameters.fetch_all(progress)
+        self._write(values, complete=True)
+        return values
+
+    def _is_of_another_start(self, snapshot: Snapshot) -> bool:
+        """Whether the vehicle's clock says that it was started anew since, or is another one of the same id."""
+        uptime_s = self._uptime()
+        if uptime_s is None:
+            return False
+        elapsed_s = max(self._now() - snapshot.taken_s, 0.0)
+        ahead_s = uptime_s - snapshot.uptime_s - elapsed_s
+        slack_s = _CLOCK_S + _CLOCK_SHARE * elapsed_s
+        return ahead_s < -slack_s or (ahead_s > slack_s and not self._runs_fast())
+
+    def _uptime(self) -> float | None:
+        """For how long the vehicle runs [s], from its answers to TIMESYNC; None where none comes."""
+        connection = self._session.connection
+        connection.wait_until(lambda: connection.vehicle_clock is not None, _UPTIME_WAIT_S)
+        if connection.vehicle_clock is None:
+            return None
+        uptime_s, heard_s = connection.vehicle_clock
+        return uptime_s + connection.clock() - heard_s
+
+    def _runs_fast(self) -> bool:
+        """Whether the vehicle's time passes faster than ours: it is simulated."""
+        connection = self._session.connection
+        first = connection.vehicle_clock or (0.0, 0.0)
+        connection.wait_until(lambda: (connection.vehicle_clock or first)[1] > first[1] + 0.9, _UPTIME_WAIT_S)
+        last = connection.vehicle_clock or first
+        return last[0] - first[0] > _FAST * (last[1] - first[1])
+
+    def _write(self, values: dict[str, float], complete: bool, earlier: Snapshot | None = None) -> None:
+        taken_s, uptime_s = (earlier.taken_s, earlier.uptime_s) if earlier else (self._now(), self._uptime() or 0.0)
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            if earlier is None:
+                self._put_aside()
+        except OSError as error:
+            raise UsageError(f"{self.path}: cannot keep the snapshot here: {error.strerror}; "
+                             "give another place with --snapshot") from None
+        write_parameter_file(self.path, values, (
+            f"kitepilot snapshot of system {self._session.connection.target.system}, contract {CONTRACT_HASH}",
+            f"taken: {datetime.fromtimestamp(taken_s, UTC).isoformat()}", f"uptime: {uptime_s:.3f}",
+            f"complete: {'yes' if complete else 'no'}"))
+
+    def _put_aside(self) -> None:
+        """Keep the snapshot that is there under the time when it was taken, and the latest few of these."""
+        if self._stated or not self.path.exists():
+            return
+        stamp = datetime.fromtimestamp(self.path.stat().st_mtime, UTC).strftime("%Y%m%d-%H%M%S")
+        self.path.replace(self.path.with_name(f"{self.path.stem}-{stamp}.param"))
+        for old in sorted(self.path.parent.glob(f"{self.path.stem}-*.param"))[:-_KEPT]:
+            old.unlink()
+
+
+def state_folder() -> Path:
+    """Where snapshots are kept: below $XDG_STATE_HOME, or ~/.local/state."""
+    base = os.environ.get("XDG_STATE_HOME")
+    return (Path(base) if base else Path.home() / ".local" / "state") / "kitepilot"
+
+
+def read_snapshot(path: Path) -> Snapshot:
+    """A snapshot from its file; a parameter file that nobody has dated was taken when it was written.
+
+    Raises:
+        ParameterFileError: it cannot be read, or a line is broken.
+    """
+    entries, problems = scan_parameter_file(path)
+    if problems:
+        number, problem = problems[0]
+        raise ParameterFileError(f"{path}:{number}: {problem}; give another snapshot with --snapshot, or remove "
+                                 "this one")
+    facts = {}
+    for line in path.read_text("utf-8-sig").splitlines():
+        if line.startswith("#"):
+            key, _, text = line[1:].partition(":")
+            facts[key.strip()] = text.strip()
+    try:
+        taken_s = datetime.fromisoformat(facts["taken"]).timestamp() if "taken" in facts else path.stat().st_mtime
+        uptime_s = float(facts.get("uptime", "0"))
+    except ValueError:
+        raise ParameterFileError(f"{path}: its time cannot be read: remove it, or give another --snapshot") from None
+    values = {name: entry.value for name, entry in entries.items()}
+    return Snapshot(values, taken_s, uptime_s, facts.get("complete", "yes") == "yes")
+
+
+def describe_age(snapshot: Snapshot, now_s: float) -> str:
+    """When it was taken, in words."""
+    minutes = max(now_s - snapshot.taken_s, 0.0) / 60.0
+    at = datetime.fromtimestamp(snapshot.taken_s).astimezone().strftime("%Y-%m-%d %H:%M:%S")
+    return f"{at}, {minutes:.0f} min ago" if minutes >= 1.0 else f"{at}, just now"

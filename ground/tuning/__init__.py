@@ -1,0 +1,1 @@
+"""Gains for the delay in the loop: measured in flight, advised, tried, undone."""

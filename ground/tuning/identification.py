@@ -1,0 +1,113 @@
+"""Identifies the kite that flies: K, gravity and the loop's delay from live telemetry, and settings that suit them."""
+
+import math
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from ground.errors import UsageError
+from ground.logs.recorder import Recorder
+from ground.session import Session
+from ground.tuning.in_flight import TuningFlight
+from ground.tuning.loop_delay import LoopDelay, measure_loop_delay
+from ground.vehicle.history import StateHistory
+from protocol import dialect
+from protocol.parameter_table import Parameter
+
+if TYPE_CHECKING:
+    from kite_analysis.identification.actuator_fit import ActuatorFit
+    from kite_analysis.identification.turning_rate_fit import LawFit
+
+_WRONG_DELAY = 0.25  # the share of the delay that the gains tolerate to be wrong
+_NO_SLEWING = 0.9995  # share of the turning that a mere delay explains where the actuator needs no time
+_RATE_SLACK = 0.1  # steering that a rate-limited actuator is behind by, as in docs/delay.md
+
+
+class Identified(NamedTuple):
+    """The kite, as its telemetry tells it.
+
+    `actuator`'s dead time counts from a sample of the usual age to the reply: the loop's delay tau [s], of samples,
+    steering link and actuator. `sample_age_s` is None where the sensors' clock is not the firmware's.
+    """
+
+    law: "LawFit"
+    actuator: "ActuatorFit"
+    sample_age_s: float | None
+    delay_s: float
+    delay_s_std: float
+
+
+def identify_in_flight(session: Session, history: StateHistory, seconds: float, loop_hz: float) -> Identified:
+    """Watch `seconds` of flight, a state for each tick of the loop, and fit law and actuator to it.
+
+    Raises:
+        UsageError: this flight does not tell, with the reason.
+        NoAnswerError: the kite fell silent.
+    """
+    from kite_analysis.flights.columns import FlightDataError  # noqa: PLC0415
+    from kite_analysis.flights.tlog_record import read_tlog_record  # noqa: PLC0415
+    from kite_analysis.identification.actuator_fit import identify_actuator  # noqa: PLC0415  (numpy, and slow to load)
+    from kite_analysis.identification.turning_rate_fit import identify_law  # noqa: PLC0415
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "flight.tlog"
+        with _every_state(session, loop_hz), Recorder(session.connection, path, 0.0):
+            TuningFlight(session, history).fly(seconds)
+        try:
+            record = read_tlog_record(path, on_the_sensors_clock=True)
+            law, actuator = identify_law(record), identify_actuator(record)
+        except FlightDataError as error:
+            reason = str(error).removeprefix(f"{path}: ")
+            raise UsageError(f"this flight does not tell: {reason}; fly eights in TRACK, or --seconds 60") from error
+    loop = measure_loop_delay(history.arrays(seconds))
+    delay_s = _dead_time(loop, actuator.dead_time_s, 0.5 / loop_hz)
+    return Identified(law, actuator, loop.sample_age_s, delay_s, actuator.dead_time_s_std)
+
+
+def _dead_time(loop: LoopDelay, sampled_s: float, half_s: float) -> float:
+    """The loop's dead time [s], from the actuator's reply and from the kite's turning.
+
+    The reply is seen in samples: `sampled_s`, up to `half_s` [s] more or less. The turning tells the whole of dead time
+    and slewing: the dead time itself where the steering explains all of it, and else no less than that.
+    """
+    low_s, high_s = sampled_s - half_s, sampled_s + half_s
+    if loop.whole_s is None or loop.whole_s <= low_s:
+        return sampled_s
+    if loop.fit > _NO_SLEWING:
+        return min(loop.whole_s, high_s)
+    return 0.5 * (low_s + min(high_s, loop.whole_s))
+
+
+def propose(found: Identified, speed_over_length: float, loop_hz: float, table: dict[str, Parameter]
+            ) -> tuple[dict[str, float], dict[str, float]]:
+    """The kite's constants with the predictor's settings, and then gains that suit them (docs/delay.md, Prediction).
+
+    P = 1 / (e tau') and L = 1 / (4 w (tau' + 0.1 / rate limit)), for what remains in the loop: an error of a quarter of
+    the delay, tau' = tau / 4 + T / 2. `speed_over_length` w [1/s]. Values stay within the parameters' limits.
+    """
+    rate = found.actuator.rate_limit_per_s
+    rest_s = _WRONG_DELAY * found.delay_s + 0.5 / loop_hz
+    kite = {
+        "TURN_K": found.law.k_rad_per_m, "GRAVITY_C": found.law.gravity_m_s2, "TURN_OFFSET": found.law.offset_rad_s,
+        "PRED_DELAY": found.delay_s, "PRED_RATE": rate or 0.0, "PRED_SAT": found.actuator.saturation or 0.0,
+    }
+    gains = {
+        "FF_GAIN": 1.0, "INNER_P": 1.0 / (math.e * rest_s),
+        "OUTER_L": 1.0 / (4.0 * speed_over_length * (rest_s + (_RATE_SLACK / rate if rate else 0.0))),
+    }
+    kite, gains = ({name: table[name].nearest(value) for name, value in values.items()}
+                   for values in (kite, gains))
+    return kite, gains
+
+
+@contextmanager
+def _every_state(session: Session, loop_hz: float) -> Iterator[None]:
+    """Have a KITE_STATE from each tick of the loop; a kite that sends fewer is identified less exactly."""
+    message = dialect.MAVLINK_MSG_ID_KITE_STATE
+    session.commander.ask_interval(message, 1e6 / loop_hz)
+    try:
+        yield
+    finally:
+        session.commander.ask_interval(message, 0.0)

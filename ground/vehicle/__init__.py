@@ -1,0 +1,1 @@
+"""What is known about the vehicle, whether it is well, and commands to it."""

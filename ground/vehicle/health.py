@@ -1,0 +1,176 @@
+"""What is wrong with the flight or the link, in words that say what to do about it.
+
+Advice follows from what is known. A silent link says nothing about the flight; a firmware that stood still, or sensors
+that do, say nothing about the gains. Only after these are ruled out is a swinging kite blamed on its gain.
+"""
+
+import math
+from collections import deque
+from itertools import pairwise
+
+from ground.link.framing import Message, frame_sequence
+from ground.session import Session
+from protocol import dialect
+
+SILENT_S = 3.0  # where messages are rare,
+_LEAST_SILENT_S, _MISSED = 1.0, 10  # and where they come often: so many in a row do not come
+_STOOD_S = 1.0
+_FROZEN_S = 1.0
+_AT_ONCE = 3  # messages that go out in a tick
+_WINDOW_S = 10.0
+_RECENT_S = 5.0
+_UNHEARD_S = 8.0  # where a third is lost each way, one in 300 such stretches is chance
+_LOSS = 0.1
+_SPREAD_S = 0.2
+_SWINGS_RAD = math.radians(60.0)
+_FEW = 20  # states in a window
+
+
+class Advisor:
+    """Listens to the session's vehicle, and has `warnings`."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._states: deque[tuple[float, dialect.MAVLink_kite_state_message]] = deque()
+        self._sequence = 0
+        self._stood: tuple[float, float] | None = None  # when the firmware went on again, and for how long it had not
+        session.connection.add_observer(self._observe)
+
+    def warnings(self) -> list[str]:
+        """One line for each thing that is wrong at present, the worst first."""
+        silent = self._silence()
+        if silent:
+            return [silent]
+        blind = [self._stood_still(), self._frozen(), self._neutral()]
+        flight = [] if any(blind) else [self._swinging(), self._saturated()]
+        found = [self._unheard(), *blind, *flight, self._lossy(), self._overruns(), self._late(), self._slow(),
+                 self._dropped(), self._broken_links(), self._others()]
+        return [text for text in found if text]
+
+    def _observe(self, time_s: float, message: Message, frame: bytes) -> None:
+        if isinstance(message, dialect.MAVLink_kite_state_message):
+            self._look_for_a_stand(time_s, message, frame_sequence(frame))
+            self._states.append((time_s, message))
+            while self._states[0][0] < time_s - _WINDOW_S:
+                self._states.popleft()
+
+    def _look_for_a_stand(self, time_s: float, message: dialect.MAVLink_kite_state_message, sequence: int) -> None:
+        """No state came for a while, and yet no message is missing: the firmware itself stood still."""
+        sent = (sequence - self._sequence) % 256
+        self._sequence = sequence
+        if not self._states:
+            return
+        gap_s = time_s - self._states[-1][0]
+        if gap_s > max(_STOOD_S, _MISSED * self._usual_s()) and sent <= _AT_ONCE:
+            self._stood = time_s, gap_s
+
+    def _usual_s(self) -> float:
+        """The time from one state to the next [s], as it mostly is."""
+        steps_s = sorted(later - earlier for (earlier, _), (later, _) in pairwise(self._states))
+        return steps_s[len(steps_s) // 2] if steps_s else 0.0
+
+    def _stood_still(self) -> str | None:
+        if self._stood is None or self._session.connection.clock() - self._stood[0] > _WINDOW_S:
+            return None
+        return (f"the firmware stood still for {self._stood[1]:.1f} s, and the kite was not steered: "
+                "PARK it, and look at the board's power and load")
+
+    def _frozen(self) -> str | None:
+        """States come, and say the same over and over, in flight."""
+        flying = [(time_s, (state.sample_time_us, state.azimuth, state.elevation))
+                  for time_s, state in self._states if state.mode != dialect.KITE_MODE_STANDBY]
+        if len(flying) < _FEW:
+            return None
+        newest_s, newest = flying[-1]
+        since_s = next((time_s for time_s, told in reversed(flying)
+                        if told[0] != newest[0] and told[1:] != newest[1:]), flying[0][0])
+        if newest_s - since_s < _FROZEN_S:
+            return None
+        return (f"the position has not changed for {newest_s - since_s:.0f} s, though messages come: "
+                "look at the sensors and their link, and take over by hand")
+
+    def _silence(self) -> str | None:
+        connection = self._session.connection
+        last_s = connection.statistics.last_s
+        silent_s = 0.0 if last_s is None else connection.clock() - last_s
+        usual_hz = connection.statistics.rate_hz(connection.clock())
+        if silent_s <= min(max(_LEAST_SILENT_S, _MISSED / max(usual_hz, 1e-3)), SILENT_S):
+            return None
+        problems = "; ".join(link.problem for link in self._session.links.all if link.problem)
+        return (f"NO MESSAGE FOR {silent_s:.{silent_s < 10.0:d}f} s, all below is old: "
+                + (problems or "look at the kite's power, the radio and the cable") + "; retrying")
+
+    def _unheard(self) -> str | None:
+        connection = self._session.connection
+        unheard_s = connection.round_trip.unanswered_since(connection.clock())
+        if unheard_s <= _UNHEARD_S:
+            return None
+        return (f"the kite has not answered for {unheard_s:.0f} s, so commands do not reach it: "
+                "go nearer to it, or add another --link")
+
+    def _neutral(self) -> str | None:
+        if not self._status(dialect.KITE_STATUS_STALE):
+            return None
+        return "samples are stale and steering is neutral: look at the sensors and their link"
+
+    def _swinging(self) -> str | None:
+        errors = [math.remainder(state.course - state.target_course, math.tau) for state in self._recent()
+                  if state.mode == dialect.KITE_MODE_TRACK]
+        if len(errors) < _FEW or math.sqrt(math.fsum(error**2 for error in errors) / len(errors)) < _SWINGS_RAD:
+            return None
+        return "the turning angle is far from its target: lower INNER_P (kite-ground tune), or go to PARK"
+
+    def _lossy(self) -> str | None:
+        connection = self._session.connection
+        loss = connection.statistics.loss(connection.clock())
+        if loss is None or loss <= _LOSS:
+            return None
+        return f"{loss:.0%} of the messages are lost: go nearer, turn the antenna, or lower STATE_HZ"
+
+    def _overruns(self) -> str | None:
+        if not self._states or (grown := self._states[-1][1].overruns - self._states[0][1].overruns) <= 0:
+            return None
+        return f"{grown} ticks took too long of late: lower STATE_HZ, or LOOP_HZ while disarmed"
+
+    def _late(self) -> str | None:
+        connection = self._session.connection
+        delay = connection.round_trip.summary(connection.clock(), 30.0)
+        if delay is None or delay.answers < 5 or delay.spread_s <= max(_SPREAD_S, delay.median_s):
+            return None
+        return (f"answers take from {delay.low_s * 1e3:.0f} to {delay.high_s * 1e3:.0f} ms: the link is full or "
+                "shared; lower STATE_HZ")
+
+    def _saturated(self) -> str | None:
+        recent = self._recent()
+        held = [state for state in recent if state.status & dialect.KITE_STATUS_SATURATED]
+        if len(recent) < _FEW or len(held) < len(recent) / 2:
+            return None
+        return "steering is at its limit most of the time: lower INNER_P, or fly a wider and higher eight"
+
+    def _slow(self) -> str | None:
+        if self._status(dialect.KITE_STATUS_COASTING):
+            return "the kite is too slow to see where it flies: steering goes by the last course; PARK it"
+        if self._status(dialect.KITE_STATUS_AIRSPEED_FLOOR):
+            return "airspeed is below AIRSPEED_MIN: the kite turns less than asked; PARK it, or look at its sensor"
+        return None
+
+    def _dropped(self) -> str | None:
+        if not self._states or (grown := self._states[-1][1].samples_dropped - self._states[0][1].samples_dropped) <= 0:
+            return None
+        return f"{grown} samples of late made no sense and were dropped: look at the sensors"
+
+    def _broken_links(self) -> str | None:
+        problems = [link.problem for link in self._session.links.all if link.problem]
+        return f"{problems[0]}; retrying" if problems else None
+
+    def _others(self) -> str | None:
+        if not (others := self._session.connection.others):
+            return None
+        return f"another vehicle is heard, system {min(others)}: --system chooses which one this is about"
+
+    def _status(self, flag: int) -> bool:
+        return bool(self._states and self._states[-1][1].status & flag)
+
+    def _recent(self) -> list[dialect.MAVLink_kite_state_message]:
+        now_s = self._session.connection.clock()
+        return [state for time_s, state in self._states if time_s >= now_s - _RECENT_S]

@@ -1,0 +1,71 @@
+"""The latest that is known about the vehicle, from its messages."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from ground.link.framing import Message
+from protocol import dialect
+
+MODE_NAMES = {
+    value: entry.name.removeprefix("KITE_MODE_")
+    for value, entry in dialect.enums["KITE_MODE"].items()
+    if value != dialect.KITE_MODE_ENUM_END
+}
+SEVERITY_NAMES = {
+    value: entry.name.removeprefix("MAV_SEVERITY_").lower() for value, entry in dialect.enums["MAV_SEVERITY"].items()
+}
+
+
+_KEPT_TEXTS = 100
+
+
+class StatusText(NamedTuple):
+    """A line of text from the vehicle, when it came on the ground's clock [s], and how bad it is (0 worst, 7)."""
+
+    time_s: float
+    severity: int
+    text: str
+
+    @property
+    def severity_name(self) -> str:
+        return SEVERITY_NAMES.get(self.severity, str(self.severity))
+
+
+@dataclass
+class VehicleState:
+    """What the vehicle last said; None where it has not yet. Times are on the ground's clock [s]."""
+
+    mode: int | None = None
+    armed: bool | None = None
+    kite: dialect.MAVLink_kite_state_message | None = None
+    system: dialect.MAVLink_sys_status_message | None = None
+    position: dialect.MAVLink_local_position_ned_message | None = None
+    texts: tuple[StatusText, ...] = ()  # the latest, oldest first; never changed in place: another thread may read it
+
+    @property
+    def mode_name(self) -> str:
+        return "unknown" if self.mode is None else mode_name(self.mode)
+
+    def observe(self, time_s: float, message: Message, frame: bytes) -> None:
+        """Take in one of the vehicle's messages, as an observer of a connection."""
+        if isinstance(message, dialect.MAVLink_kite_state_message):
+            self.kite = message
+        elif isinstance(message, dialect.MAVLink_heartbeat_message):
+            self.mode, self.armed = message.custom_mode, is_armed(message)
+        elif isinstance(message, dialect.MAVLink_sys_status_message):
+            self.system = message
+        elif isinstance(message, dialect.MAVLink_local_position_ned_message):
+            self.position = message
+        elif isinstance(message, dialect.MAVLink_statustext_message):
+            text = StatusText(time_s, message.severity, message.text)
+            self.texts = (*self.texts, text)[-_KEPT_TEXTS:]
+
+
+def is_armed(heartbeat: dialect.MAVLink_heartbeat_message) -> bool:
+    """Whether this heartbeat's vehicle is armed."""
+    return bool(heartbeat.base_mode & dialect.MAV_MODE_FLAG_SAFETY_ARMED)
+
+
+def mode_name(mode: int) -> str:
+    """What a person calls this mode."""
+    return MODE_NAMES.get(mode, f"mode {mode}")

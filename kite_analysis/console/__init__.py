@@ -1,0 +1,1 @@
+"""What both command lines share: answers to mistakes, paths of pictures, optional packages."""

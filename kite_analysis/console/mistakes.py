@@ -1,0 +1,53 @@
+"""How the command lines of kitepilot answer a mistake: in one line, with what may have been meant."""
+
+import argparse
+from collections.abc import Iterator
+from typing import Any, NoReturn
+
+from kite_analysis.console.closest import closest
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser that answers a mistake in one line, and shows examples as they are written."""
+
+    def __init__(self, *args: Any, **keywords: Any) -> None:
+        as_written = keywords.get("epilog") or "\n" in (keywords.get("description") or "")
+        keywords.setdefault(
+            "formatter_class", argparse.RawDescriptionHelpFormatter if as_written else argparse.HelpFormatter)
+        super().__init__(*args, allow_abbrev=False, **keywords)
+
+    def parse_args(self, args: Any = None, namespace: Any = None) -> Any:  # type: ignore[override]
+        """As argparse does, but with a proposal for an option that is misspelt."""
+        parsed, unknown = self.parse_known_args(args, namespace)
+        if unknown:
+            *_, last = self._path(parsed)
+            last.error(f"{unknown[0]} is not understood{closest(unknown[0], last.options())}")
+        return parsed
+
+    def error(self, message: str) -> NoReturn:
+        """One line, exit code 2."""
+        separator = " " if message.endswith("?") else "; "
+        self.exit(2, f"{self.prog}: {message}{separator}{self.prog} --help shows how\n")
+
+    def options(self) -> list[str]:
+        """The options of this parser, as they are typed."""
+        return [name for action in self._actions for name in action.option_strings if name.startswith("--")]
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        """Name what a word may be; argparse's own words differ with the version of Python."""
+        if action.choices is None or value in action.choices:
+            return
+        known = [str(choice) for choice in action.choices]
+        near = closest(str(value), known)
+        if isinstance(action, argparse._SubParsersAction):
+            raise argparse.ArgumentError(None, f"no command {value!r}{near or '; there are ' + ', '.join(known)}")
+        if isinstance(action.choices, range):
+            raise argparse.ArgumentError(action, f"{value} is outside {known[0]} to {known[-1]}")
+        raise argparse.ArgumentError(action, f"{value!r} is not one of {', '.join(known)}{near}")
+
+    def _path(self, parsed: argparse.Namespace) -> Iterator["Parser"]:
+        """This parser and those of the commands that were given, outermost first."""
+        yield self
+        for action in self._actions:
+            if isinstance(action, argparse._SubParsersAction) and (name := getattr(parsed, action.dest, None)):
+                yield from action.choices[name]._path(parsed)

@@ -1,0 +1,43 @@
+"""Where a picture may be written: one rule for every command that draws one."""
+
+import os
+from pathlib import Path
+
+from kite_analysis.plots import new_figure
+
+ENDINGS = (".png", ".svg", ".pdf", ".jpg")
+ENDINGS_IN_WORDS = f"{', '.join(ENDINGS[:-1])} or {ENDINGS[-1]}"
+
+
+class FileRefusedError(Exception):
+    """A file cannot be written where it was asked for; the text says why, in one line."""
+
+
+def check_picture(path: Path, force: bool) -> None:
+    """See that a picture can be drawn and written to `path`, before the flight or the work that it shows.
+
+    Raises:
+        FileRefusedError: the ending names no format; or as `check_new_file`.
+        ExtraMissingError: matplotlib is not installed.
+    """
+    if path.suffix.lower() not in ENDINGS:
+        raise FileRefusedError(f"{path}: a picture's name ends in {ENDINGS_IN_WORDS}")
+    if path.is_dir():
+        raise FileRefusedError(f"{path}: is a folder")
+    check_new_file(path, force)
+    new_figure()
+
+
+def check_new_file(path: Path, force: bool) -> None:
+    """See that `path` can be written; a folder that is not there will be made.
+
+    Raises:
+        FileRefusedError: it is there already and `force` is not set, or its folder takes no files.
+    """
+    if path.exists() and not force:
+        raise FileRefusedError(f"{path}: is there already: give another name, or --force to write over it")
+    nearest = next(there for there in (path, *path.absolute().parents) if there.exists())
+    if nearest != path and not nearest.is_dir():
+        raise FileRefusedError(f"{path}: {nearest} is not a folder")
+    if not os.access(nearest, os.W_OK):
+        raise FileRefusedError(f"{path}: Permission denied")

@@ -1,0 +1,110 @@
+"""Recorded flights of a real kite, read into the frames and signs that everything here uses.
+
+The data: Schelbergen, Schmehl, Buchholz, Breuer and Peschel (TU Delft and Kitepower B.V., thekitepower.com), flight
+of 8 October 2019, CC-BY 4.0, github.com/awegroup/Flightdata08102019. What its columns mean stands in
+`descriptions/v3_20191008.toml`, and nowhere else.
+"""
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from kite_analysis.flights.columns import PUBLIC_FLIGHT, ColumnDescription, FlightDataError, load_description, no_phase
+from kite_analysis.console.optional_packages import ExtraMissingError
+from kite_analysis.flights.checks import check_period
+from kite_analysis.flights.table import FlightTable, read_table
+from kite_analysis.figure_eight import Array, TargetEight, unit_position
+
+__all__ = ["FlightData", "FlightDataError", "fit_eight", "read_flight"]
+
+_LEAST_S = 5.0  # of flight; with less there is no eight
+_LEAST_AZIMUTH = 0.02  # [rad], from side to side
+
+
+class FlightData(NamedTuple):
+    """A recorded flight, each array (n,), NaN where unknown: SI units, radians, our signs; `time_s` starts at 0."""
+
+    time_s: Array
+    azimuth: Array
+    elevation: Array
+    distance: Array
+    course: Array
+    heading: Array
+    set_steering: Array
+    steering: Array
+    airspeed: Array
+    tether_force: Array
+    reel_out: Array  # True where the kite flies eights
+    attribution: str
+
+
+def read_flight(path: Path, columns: Path | None = None) -> FlightData:
+    """Read a flight row by row, CSV or gzipped CSV; NaN where a field is empty, or the file has no such column.
+
+    `columns` describes the columns (default: those of the public flight).
+
+    Raises:
+        FlightDataError: it cannot be read, or has no azimuth or course, or no rows in the described phase.
+    """
+    description = load_description(columns or PUBLIC_FLIGHT)
+    table = read_table(path, description)
+    try:
+        _check_usable(table, description)
+    except FlightDataError as error:
+        raise FlightDataError(f"{path}: {error}") from error
+    missing = {name: np.full(len(table.time_s), np.nan) for name in FlightData._fields[1:-2]}
+    return FlightData(time_s=table.time_s, reel_out=table.selected, attribution=description.attribution,
+                      **missing | table.values)
+
+
+def _check_usable(table: FlightTable, description: ColumnDescription) -> None:
+    """Raises FlightDataError where there is too little to replay."""
+    if not table.selected.any():
+        raise FlightDataError(no_phase(description))
+    period_s = float(np.median(np.diff(table.time_s)))
+    check_period(period_s)
+    for quantity in ("azimuth", "elevation", "course"):
+        known = table.selected & np.isfinite(table.values.get(quantity, np.full(len(table.time_s), np.nan)))
+        known_s = np.count_nonzero(known) * period_s
+        if known_s < _LEAST_S:
+            raise FlightDataError(f"{quantity} is known for {known_s:.1f} s of the part that is used; "
+                                  f"a replay needs {_LEAST_S:g} s")
+    if np.ptp(table.values["azimuth"][table.selected & np.isfinite(table.values["azimuth"])]) < _LEAST_AZIMUTH:
+        raise FlightDataError("the azimuth hardly changes in the part that is used: no eight to be seen")
+
+
+def fit_eight(azimuth: Array, elevation: Array) -> TargetEight:
+    """The eight nearest to a stretch of flight of several eights: azimuth and elevation [rad], each (n,).
+
+    Centre, half-width and half-height by least squares of the distance to the curve, robust against the dive into
+    the first eight; the elevation is taken about its own straight trend, since the kite climbs as the line is let
+    out. The direction is the sign of the part of the elevation that goes with sin 2s, s from the azimuth and the
+    sense in which it changes: +1 for a flight upwards through the middle.
+
+    Raises:
+        ExtraMissingError: scipy is not installed.
+    """
+    try:
+        from scipy.optimize import least_squares  # noqa: PLC0415  an extra, and slow to load
+    except ImportError:
+        raise ExtraMissingError("fitting an eight needs scipy: pip install 'kitepilot[analysis]'") from None
+    row = np.arange(len(elevation))
+    slope, level = np.polyfit(row, elevation, 1)
+    swing = elevation - slope * row - level
+    position = unit_position(azimuth, np.mean(elevation) + swing)
+
+    def distances(unknowns: Array) -> Array:
+        return _eight(unknowns, 1.0).nearest(position)[1]
+
+    guess = [np.mean(azimuth), np.mean(elevation), np.sqrt(2) * np.std(azimuth), np.sqrt(2) * np.std(swing)]
+    found = least_squares(distances, guess, loss="soft_l1", f_scale=0.01).x
+    sine = np.clip((azimuth - found[0]) / found[2], -1.0, 1.0)
+    cosine = np.sqrt(1.0 - sine**2) * np.sign(np.gradient(azimuth))
+    direction = 1.0 if np.sum(swing * sine * cosine) >= 0.0 else -1.0
+    return _eight(found, direction)
+
+
+def _eight(unknowns: Array, direction: float) -> TargetEight:
+    azimuth, elevation, half_width, half_height = (float(value) for value in unknowns)
+    return TargetEight(azimuth, elevation, half_width, half_height, direction)

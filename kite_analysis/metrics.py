@@ -1,0 +1,90 @@
+"""The numbers by which a flight is judged, and the verdict on it, from where the kite really was."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from kite_analysis.figure_eight import Array, wrap
+
+UNSTABLE_TURNING_ANGLE = 1.2  # [rad]
+UNSTABLE_SATURATION = 0.3
+ASTRAY = 0.5  # cross-track error over half the width of the eight: such a kite flies another curve
+TRACKING, UNSTABLE, LOST, NOT_MEASURED = VERDICTS = ("tracking", "unstable", "lost", "not measured")
+RULE = f"""\
+A flight is judged from run.settle_s on, by where the simulated kite really was; telemetry plays no part.
+  lost          it came down, or was not in TRACK for part of the measured time (disarmed, parked, steered
+                by hand, or silent for 3 s); the numbers are those of the time in TRACK
+  unstable      the turning-angle error is above {UNSTABLE_TURNING_ANGLE:g} rad RMS, the steering at its limit for more
+                than {100 * UNSTABLE_SATURATION:.0f} % of the time, or the cross-track error above a quarter of the
+                eight's width, RMS
+  tracking      none of these
+  not measured  it ended before run.settle_s
+The mode is that of the autopilot's heartbeat, which it sends each second and at each change of mode."""
+
+
+class Track(NamedTuple):
+    """A flight, sampled at the ticks of the control loop; each array (n,), angles in radians."""
+
+    time_s: Array
+    azimuth: Array
+    elevation: Array
+    course: Array
+    target_course: Array  # of the outer loop at the kite's true place
+    cross_track: Array  # distance to the nearest point of the curve
+    steering: Array  # actual
+    at_limit: Array  # 1 where the steering sits at its limit, else 0
+    in_track: Array  # 1 in mode TRACK, else 0
+    half_width: float  # of the eight
+
+
+class Metrics(NamedTuple):
+    """What a flight was like after it had settled; numbers are None where there is nothing to take them from.
+
+    `trouble` is why it is lost or was not measured.
+    """
+
+    cross_track_rms_rad: float | None
+    cross_track_max_rad: float | None
+    turning_angle_rms_rad: float | None
+    steering_rms: float | None
+    saturated_fraction: float | None
+    verdict: str
+    trouble: str | None
+
+
+def measure(track: Track, settle_s: float, crash: str | None) -> Metrics:
+    """Numbers and verdict from `settle_s` on; `crash` is why the kite can fly no more, None while it can. See RULE."""
+    measured = track.time_s >= settle_s - 1e-9
+    counted = measured & (track.in_track > 0.0)
+    away = measured & ~counted
+    numbers = _numbers(track, counted)
+    if crash:
+        return numbers._replace(verdict=LOST, trouble=crash)
+    if not measured.any():
+        return numbers._replace(trouble=f"it ended before run.settle_s = {settle_s:g} s: fly longer")
+    if away.any():
+        return numbers._replace(verdict=LOST, trouble=_why_lost(track.time_s, measured, away))
+    return numbers
+
+
+def _numbers(track: Track, used: Array) -> Metrics:
+    """Of the ticks that are `used`, with the verdict on them alone."""
+    if not used.any():
+        return Metrics(None, None, None, None, None, NOT_MEASURED, None)
+    cross_track = track.cross_track[used]
+    rms, turning_angle = _rms(cross_track), _rms(wrap(track.target_course - track.course)[used])
+    saturated = float(np.mean(track.at_limit[used]))
+    unstable = (turning_angle > UNSTABLE_TURNING_ANGLE or saturated > UNSTABLE_SATURATION
+                or rms > ASTRAY * track.half_width)
+    return Metrics(rms, float(np.max(cross_track)), turning_angle, _rms(track.steering[used]), saturated,
+                   UNSTABLE if unstable else TRACKING, None)
+
+
+def _why_lost(time_s: Array, measured: Array, away: Array) -> str:
+    period_s = float(np.median(np.diff(time_s))) if len(time_s) > 1 else 0.0
+    return (f"not in TRACK for {away.sum() * period_s:.1f} s of the {measured.sum() * period_s:.1f} s measured, "
+            f"first at {time_s[away][0]:.1f} s")
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))

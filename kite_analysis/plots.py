@@ -1,0 +1,94 @@
+"""Plots of flights and of the theory. matplotlib is loaded when the first one is drawn."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kite_analysis.console.optional_packages import ExtraMissingError
+from kite_analysis.delay.inner_loop import lambert_w_real_part
+from kite_analysis.figure_eight import Array, TargetEight, wrap
+from kite_analysis.metrics import Track
+
+_FLOWN = "#1f4e9c"
+_TARGET = "#d1495b"
+_GREY = "#9aa0a6"
+
+
+def new_figure(width: float = 7.0, height: float = 4.5, rows: int = 1) -> tuple[Any, Any]:
+    """An empty figure and its axes (an array of them for `rows` > 1), sizes in inches.
+
+    Raises:
+        ExtraMissingError: matplotlib is not installed.
+    """
+    try:
+        from matplotlib.figure import Figure  # noqa: PLC0415  an extra, and slow to load
+    except ImportError:
+        raise ExtraMissingError("plots need matplotlib: pip install 'kitepilot[plots]'") from None
+    figure = Figure((width, height), dpi=150, layout="constrained")
+    return figure, figure.subplots(rows, 1, sharex=rows > 1)
+
+
+def save(figure: Any, path: Path) -> None:
+    """Write `figure` to `path`; its ending names the format."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, metadata={"Software": None} if path.suffix == ".png" else None)
+
+
+def draw_trajectory(axes: Any, track: Track, eight: TargetEight) -> None:
+    """Elevation over azimuth, as seen from the ground point looking downwind, with the target."""
+    target = np.degrees(eight.angles(np.linspace(0, 2 * np.pi, 400)))
+    axes.plot(target[0], target[1], "--", color=_TARGET, lw=1.2, label="target")
+    axes.plot(np.degrees(track.azimuth), np.degrees(track.elevation), color=_FLOWN, lw=0.9, label="flown")
+    axes.plot(np.degrees(track.azimuth[:1]), np.degrees(track.elevation[:1]), "o", color=_FLOWN, ms=4)
+    axes.set(xlabel="azimuth [deg]", ylabel="elevation [deg]")
+    axes.set_aspect("equal", adjustable="datalim")
+    if not axes.xaxis_inverted():
+        axes.invert_xaxis()  # azimuth grows to the left, seen along the wind
+    axes.grid(alpha=0.3)
+    axes.legend(loc="upper right", fontsize=8)
+
+
+def draw_turning_angle(axes: Any, time_s: Array, course: Array, target: Array, labels: tuple[str, str] | None = None
+                       ) -> None:
+    """Turning angle (solid) with target (dashed) over time, both without jumps where they wrap."""
+    unwrapped = np.unwrap(course)
+    nearest = unwrapped + wrap(target - unwrapped)
+    flown, aim = labels or (r"$\theta$", r"$\theta_t$")
+    axes.plot(time_s, np.degrees(nearest), "--", color=_TARGET, lw=1.0, label=aim)
+    axes.plot(time_s, np.degrees(unwrapped), color=_FLOWN, lw=1.0, label=flown)
+    axes.set(xlabel="time [s]", ylabel="turning angle [deg]")
+    axes.grid(alpha=0.3)
+    axes.legend(loc="upper right", fontsize=8, ncols=2)
+    axes.margins(y=0.14)
+
+
+def draw_lambert_w(axes: Any) -> None:
+    """Real part of the branches -5 to 5 of the Lambert W function, the principal one in bold."""
+    a = np.linspace(-3.0, 3.0, 1201)
+    a = a[a != 0.0]
+    for branch in range(-5, 6):
+        if branch:
+            axes.plot(a, lambert_w_real_part(a, branch), color=_GREY, lw=0.8)
+    axes.plot(a, lambert_w_real_part(a, 0), color="black", lw=2.2, label="principal branch")
+    for x, text in ((-np.pi / 2, r"$-\pi/2$"), (-1 / np.e, r"$-1/e$")):
+        axes.axvline(x, color=_TARGET, lw=0.8, ls=":")
+        axes.annotate(text, (x, 1.8), color=_TARGET, ha="right", va="top", fontsize=9)
+    axes.axhline(0.0, color="black", lw=0.5)
+    axes.set(xlabel="$a$", ylabel=r"$\mathrm{Re}\,W_k(a)$", xlim=(-3, 3), ylim=(-6, 2))
+    axes.grid(alpha=0.3)
+    axes.legend(loc="lower right", fontsize=8)
+
+
+def plot_flight(track: Track, eight: TargetEight, title: str) -> Any:
+    """A figure with trajectory, turning angle and steering of one flight."""
+    figure, _ = new_figure(8.0, 9.0)
+    figure.clear()
+    top, middle, bottom = figure.subplots(3, 1, height_ratios=[1.4, 1.0, 0.7])
+    draw_trajectory(top, track, eight)
+    draw_turning_angle(middle, track.time_s, track.course, track.target_course)
+    bottom.plot(track.time_s, track.steering, color=_FLOWN, lw=0.9)
+    bottom.set(xlabel="time [s]", ylabel="actual steering")
+    bottom.grid(alpha=0.3)
+    figure.suptitle(title)
+    return figure

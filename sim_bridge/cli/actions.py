@@ -1,0 +1,223 @@
+"""What each verb of `kite-sitl` does with its options; every function returns the exit code."""
+
+import json
+import math
+from argparse import Namespace
+from pathlib import Path
+from typing import Any
+
+from kite_analysis.metrics import UNSTABLE_TURNING_ANGLE
+from kite_analysis.plots import plot_flight
+from sim_bridge.bench.in_process import bench as measure_speed
+from sim_bridge.bench.micropython import bench_micropython
+from sim_bridge.cli.notes import notice, say
+from sim_bridge.cli.plot_option import plot_path, save_plot
+from sim_bridge.cli.progress import FlightProgress
+from sim_bridge.cli.scenario_options import scenario_of
+from sim_bridge.flight.flight import COLUMNS, Flight
+from sim_bridge.flight.judgement import MODE_UNKNOWN
+from sim_bridge.runs.hardware_in_the_loop import fly_board
+from sim_bridge.runs.run import RunOptions, RunResult, run_scenario
+from sim_bridge.scenario.keys import KEYS
+from sim_bridge.scenario.scenario import Scenario, ScenarioError, load_scenario, scenario_names
+from sim_bridge.studies.paper import make_paper
+from sim_bridge.studies.real_flight import play, plot_replay
+
+_MODES = {MODE_UNKNOWN: "silent", 0: "STANDBY", 1: "MANUAL", 2: "PARK", 3: "TRACK"}
+
+
+def list_scenarios(options: Namespace) -> int:
+    """`kite-sitl list`."""
+    titles = {name: load_scenario(name)["title"] for name in scenario_names()}
+    if options.json:
+        print(json.dumps([{"scenario": name, "title": title} for name, title in titles.items()]))
+    else:
+        for name, title in titles.items():
+            print(f"{name:20} {title}")
+    return 0
+
+
+def list_keys(options: Namespace) -> int:
+    """`kite-sitl keys`."""
+    if options.json:
+        print(json.dumps({name: {"default": key.default, "text": key.text, "takes": key.takes()}
+                          for name, key in KEYS.items()}))
+        return 0
+    for name, key in KEYS.items():
+        default = "" if key.default is None else str(key.default).lower() if key.kind is bool else f"{key.default}"
+        print(f"{name:32} {default:>16}  {key.text} ({key.takes()})")
+    return 0
+
+
+def run(options: Namespace) -> int:
+    """`kite-sitl run`."""
+    scenario = scenario_of(options, notice)
+    options.runtime = options.runtime or ("cpython" if options.ground else "inproc")
+    plot = _plot_path(options, scenario)
+    with _progress(options, scenario) as progress:
+        result = run_scenario(scenario, _run_options(options, scenario, progress), notice=notice)
+    report(result, options.json)
+    _keep(result, options, plot)
+    return 0
+
+
+def hil(options: Namespace) -> int:
+    """`kite-sitl hil`."""
+    scenario = scenario_of(options, notice)
+    options.runtime, options.speed = "hil", 1.0
+    plot = _plot_path(options, scenario)
+    notice("the scenario's parameters go into the board; `kite-ground param save` keeps what was there before")
+    with _progress(options, scenario) as progress:
+        result, board = fly_board(scenario, options.link, _run_options(options, scenario, progress), notice)
+    if options.json:
+        print(json.dumps(result.numbers | board))
+    else:
+        report(result, False)
+        if board["board_delay_s"] is not None:
+            print(f"the board itself takes {1000 * board['board_delay_s']:.1f} ms from sample to steering, up to "
+                  f"{1000 * board['board_jitter_s']:.1f} ms more; {1000 * board['delay_emulated_s']:.1f} ms were "
+                  f"emulated; {1000 * board['delay_flown_s']:.1f} ms were flown, {1000 * board['delay_asked_s']:.0f} "
+                  "asked for")
+    _keep(result, options, plot)
+    return 0
+
+
+def _plot_path(options: Namespace, scenario: Scenario) -> Path | None:
+    """Where --plot draws the flight; what is wrong with that is said now, and not after the flight."""
+    log = Path(options.log) if options.log else None
+    name = Path(f"{scenario.name}.png")
+    return plot_path(options, log / name if log else name)
+
+
+def _progress(options: Namespace, scenario: Scenario) -> FlightProgress:
+    seconds = None if options.forever else scenario["run.duration_s"]
+    return FlightProgress(seconds, not (options.json or options.status))
+
+
+def _run_options(options: Namespace, scenario: Scenario, progress: FlightProgress) -> RunOptions:
+    if options.ground and not options.json:
+        print(f"ground stations: the kite sends to udp {scenario['ground.send_to']} and listens on "
+              f"{scenario['ground.listen']}", flush=True)
+    return RunOptions(
+        options.runtime, options.speed, options.ground, options.forever, Path(options.log) if options.log else None,
+        _print_status if options.status else progress, log_limit_mb=options.log_limit)
+
+
+def _keep(result: RunResult, options: Namespace, plot: Path | None) -> None:
+    """Say where the log is, and draw the plot."""
+    log = Path(options.log) if options.log else None
+    if log and not options.json:
+        again = "" if result.real_time else f"   (again: kite-sitl rerun {log})"
+        upto = f", up to {result.log_until_s:.1f} s" if result.log_until_s is not None else ""
+        print(f"log: {log}{upto}{again}")
+    if plot and result.flight.rows:
+        title = f"{result.numbers['scenario']}: {result.numbers['verdict']}"
+        save_plot(plot_flight(result.flight.track(), result.flight.eight, title), plot)
+        notice(f"plot: {plot}")
+
+
+def paper(options: Namespace) -> int:
+    """`kite-sitl paper`."""
+    folder = Path(options.out)
+    try:
+        rows = make_paper(folder, options.plant, options.force, (lambda text: None) if options.json else print)
+    except OSError as error:
+        raise ScenarioError(f"--out {folder}: {error.strerror}") from error
+    if options.json:
+        print(json.dumps(rows))
+        return 0
+    print(f"\n{'scenario':34} {'verdict':10} {'cross-track rms':>16} {'turning angle rms':>18}")
+    for row in rows:
+        print(f"{row['scenario']:34} {row['verdict']:10} {row['cross_track_rms_rad']:12.4f} rad "
+              f"{row['turning_angle_rms_rad']:14.3f} rad")
+    print(f"seven figures and numbers.csv in {folder}")
+    return 0
+
+
+def replay(options: Namespace) -> int:
+    """`kite-sitl replay`."""
+    path = Path(options.file)
+    plot = plot_path(options, Path(f"{path.name.split('.')[0]}-replay.png"))
+    result = play(path, options.runtime, notice, Path(options.columns) if options.columns else None)
+    numbers: dict[str, Any] = dict(result.numbers)
+    if plot:
+        save_plot(plot_replay(result, path.name), plot)
+        numbers["plot"] = str(plot)
+    if options.json:
+        print(json.dumps(numbers))
+        return 0
+    eight = result.eight
+    print(f"{path.name}: {numbers['reel_out_s']:.0f} s of reel-out")
+    print("turning angle from positions, against the recorded course: "
+          f"{numbers['turning_angle_rms_deg']:.2f} deg RMS, "
+          f"bias {numbers['turning_angle_bias_deg']:+.2f} deg")
+    print(f"fitted eight: azimuth {math.degrees(eight.azimuth):+.1f} +- {math.degrees(eight.half_width):.1f} deg, "
+          f"elevation {math.degrees(eight.elevation):.1f} +- {math.degrees(eight.half_height):.1f} deg, "
+          f"{'up' if eight.direction > 0 else 'down'} through the middle")
+    if plot:
+        print(f"plot: {plot}")
+    return 0
+
+
+def bench(options: Namespace) -> int:
+    """`kite-sitl bench`."""
+    if options.runtime == "micropython":
+        return _bench_micropython(options)
+    numbers = measure_speed(options.scenario or "paper-delay-tuned", options.duration or 60.0, notice)
+    if options.json:
+        print(json.dumps(numbers))
+        return 0
+    print(f"{numbers['scenario']} in-process: {numbers['real_time_factor']:.0f} times real time, "
+          f"{numbers['firmware_tick_us']:.1f} us per firmware tick, {numbers['plant_step_us']:.1f} us per plant step")
+    return 0
+
+
+def _bench_micropython(options: Namespace) -> int:
+    numbers = bench_micropython(load_scenario(options.scenario or "small-kite"), options.duration or 600.0)
+    if options.json:
+        print(json.dumps(numbers))
+        return 0
+    print(f"{numbers['scenario']} under MicroPython, {numbers['ticks']} ticks in flight with telemetry:")
+    print(f"  a tick: {numbers['bytes_per_tick']:.0f} bytes, {numbers['bytes_per_tick_worst']} at most (half on a "
+          f"board); {numbers['us_per_tick']:.0f} us, {numbers['us_per_tick_worst']} at most, here")
+    print(f"  at most {numbers['float_results_worst_at_most']:.0f} float results: some "
+          f"{numbers['rp2040_worst_tick_ms']:.1f} ms on an RP2040, at 12 us each and 1.5 ms for its frames")
+    print(f"  heap: {numbers['free_after_import']} bytes free after import; {numbers['free_lost_bytes']} lost flying")
+    print(f"  collector: {numbers['collector_pause_worst_us']} us at most, here; "
+          f"firmware as .mpy: {numbers['mpy_bytes']} bytes")
+    return 0
+
+
+def _print_status(flight: Flight) -> None:
+    if not flight.rows:
+        return
+    row = dict(zip(COLUMNS, flight.rows[-1], strict=True))
+    cross_track, turning = flight.recent_errors(10.0)
+    mode = _MODES[int(row["mode"])]
+    warning = "  UNSTABLE: lower INNER_P" if mode == "TRACK" and turning > UNSTABLE_TURNING_ANGLE else ""
+    say(f"{row['time_s']:6.0f} s  {mode:7}  cross-track {math.degrees(cross_track):5.2f} deg  "
+        f"turning angle {math.degrees(turning):6.1f} deg (RMS of 10 s)  steering {row['steering']:+.3f}  "
+        f"overruns {flight.overruns}{warning}")
+
+
+def report(result: RunResult, as_json: bool) -> None:
+    """Print the numbers of a flight, for a person or a script."""
+    numbers = result.numbers
+    if as_json:
+        print(json.dumps(numbers))
+        return
+    print(f"{numbers['scenario']}: {numbers['sim_s']:.1f} s flown in {numbers['wall_s']:.2f} s "
+          f"({numbers['real_time_factor']:.3g} times real time), {numbers['runtime']}, seed {numbers['seed']}"
+          + (", interrupted" if result.interrupted else ""))
+    if numbers["trouble"]:
+        print(f"{numbers['verdict']}: {numbers['trouble']}")
+    if numbers["cross_track_rms_rad"] is None:
+        return
+    print(f"{'in TRACK' if numbers['trouble'] else numbers['verdict']}: "
+          f"cross-track {math.degrees(numbers['cross_track_rms_rad']):.2f} deg RMS, "
+          f"{math.degrees(numbers['cross_track_max_rad']):.2f} deg at most; turning angle "
+          f"{math.degrees(numbers['turning_angle_rms_rad']):.1f} deg RMS; steering {numbers['steering_rms']:.3f} RMS, "
+          f"at its limit {100 * numbers['saturated_fraction']:.0f} % of the time; "
+          f"{numbers['ticks']} ticks, {numbers['overruns']} overruns")
+
+

@@ -1,0 +1,121 @@
+"""The verb `design` of `kite-sitl`: gains of the inner and the outer loop for a delay."""
+
+import argparse
+import json
+from argparse import Namespace
+from pathlib import Path
+from typing import Any
+
+from kite_analysis.delay.characteristic_equation import Gains, Loop
+from kite_analysis.delay.design_plots import plot_design
+from kite_analysis.delay.design_report import paper_lines, whole_loop_dictionary, whole_loop_lines
+from kite_analysis.delay.effective_delay import EffectiveDelay, effective_delay, split
+from kite_analysis.delay.effective_delay import Path as LinkPath
+from kite_analysis.delay.inner_loop import loop_delay, optimal_gain, stability_limit
+from kite_analysis.delay.whole_loop import Design, design
+from protocol.parameter_table import load_parameters
+from sim_bridge.cli.notes import notice
+from sim_bridge.cli.option_types import not_negative, positive
+from sim_bridge.cli.plot_option import add_plot_option, plot_path, save_plot
+from sim_bridge.scenario.scenario import ScenarioError
+
+
+def add_design_verb(verbs: Any) -> None:
+    """Add `design` to the parser."""
+    verb = verbs.add_parser(
+        "design", help="work out gains for a delay: limits, best pair, margins",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        description="Limits and best values of the gains P (INNER_P) and L (OUTER_L) for a delay: the paper's, for\n"
+        "the inner loop alone, and those of inner and outer loop together. Both optima settle fastest on a target at\n"
+        "rest; to follow an eight without FF_GAIN or prediction, a P near half its limit is better. See docs/delay.md.",
+        epilog="examples:\n"
+        "  kite-sitl design --delay 0.2 --speed-over-length 0.45\n"
+        "  kite-sitl design --delay 0.5 --speed-over-length 0.06 --gain-p 0.72 --gain-l 4 --plot v3.png\n"
+        "  kite-sitl design --delay 0.15 --speed-over-length 0.45 --jitter 0.03 --loss 0.1 --lag 0.05")
+    verb.add_argument("--delay", type=not_negative, required=True, metavar="S",
+                      help="dead time tau of links and actuator together, without sampling [s]; 0 is allowed")
+    verb.add_argument("--speed-over-length", type=positive, required=True, metavar="X",
+                      help="the kite's speed across the sky over the line length [1/s]")
+    table = load_parameters()
+    rate, p, outer_l = (table[name].default for name in ("LOOP_HZ", "INNER_P", "OUTER_L"))
+    verb.add_argument("--loop-hz", type=positive, default=rate, metavar="N", help=f"loop rate (default: {rate:g})")
+    verb.add_argument("--gain-p", type=not_negative, default=p, metavar="P", help=f"present P (default: {p:g})")
+    verb.add_argument("--gain-l", type=not_negative, default=outer_l, metavar="L",
+                      help=f"present L (default: {outer_l:g})")
+    verb.add_argument("--lag", type=not_negative, default=0.0, metavar="S",
+                      help="time constant of the actuator, beside its dead time [s]")
+    verb.add_argument("--jitter", type=not_negative, default=0.0, metavar="S",
+                      help="jitter of each direction of the link, uniform, plus or minus [s]")
+    verb.add_argument("--loss", type=not_negative, default=0.0, metavar="SHARE",
+                      help="share of frames lost, each direction")
+    verb.add_argument("--loss-burst", type=not_negative, default=0.0, metavar="N",
+                      help="mean length of a burst of losses in frames; up to 1 they are independent")
+    add_plot_option(verb, "draw the decay rate over (P, L), and the roots", "design.png here")
+    verb.add_argument("--json", action="store_true", help="print JSON for a script")
+    verb.set_defaults(do=design_gains)
+
+
+def design_gains(options: Namespace) -> int:
+    """`kite-sitl design`."""
+    plot = plot_path(options, Path("design.png"))
+    present = Gains(options.gain_p, options.gain_l)
+    try:
+        effective = _effective(options)
+        delay_s = effective.delay_s if effective else options.delay
+        loop_delay_s = loop_delay(delay_s, options.loop_hz)
+        result = design(Loop(loop_delay_s, options.speed_over_length, options.lag), present)
+    except (ValueError, ArithmeticError) as error:
+        raise ScenarioError(f"design: {error}") from None
+    if options.json:
+        paper = {"limit": _at(stability_limit, delay_s), "optimum": _at(optimal_gain, delay_s),
+                 "sampled_limit": stability_limit(loop_delay_s), "sampled_optimum": optimal_gain(loop_delay_s)}
+        print(json.dumps({
+            "delay_s": options.delay, "loop_hz": options.loop_hz, "effective": effective and effective._asdict(),
+            "paper": paper, "whole_loop": whole_loop_dictionary(result, delay_s, options.loop_hz)}))
+    else:
+        lines = _link_lines(options, effective, loop_delay_s)
+        lines += [*paper_lines(delay_s, options.loop_hz, present.inner_p), ""]
+        print("\n".join([*lines, *whole_loop_lines(result, delay_s, options.loop_hz), *_purpose_lines(result)]))
+    if plot:
+        title = f"Whole loop: delay {delay_s:.3g} s, {options.speed_over_length:g} line lengths a second"
+        save_plot(plot_design(result, title), plot)
+        notice(f"plot: {plot}")
+    return 0
+
+
+def _purpose_lines(result: Design) -> list[str]:
+    """What the optima are for: the kite that follows an eight by the plain law wants another P."""
+    half = (f"P = {0.5 * result.limit:.3g}, half the limit at this L, is then better" if result.limit
+            else "but at this L no P is stable")
+    return [
+        "",
+        "These optima settle fastest on a target at rest. An eight turns all the time: without FF_GAIN or prediction,",
+        f"the larger P is, the closer the kite follows it; {half}.",
+        "`kite-ground tune` measures it in flight.",
+    ]
+
+
+def _effective(options: Namespace) -> EffectiveDelay | None:
+    """The delay that jitter and loss make of the given one; None where there is neither."""
+    if not (options.jitter or options.loss):
+        return None
+    samples, steering = (LinkPath(delay_s, options.jitter, options.loss, options.loss_burst)
+                         for delay_s in split(options.delay, options.loop_hz))
+    return effective_delay(samples, steering, options.loop_hz)
+
+
+def _link_lines(options: Namespace, effective: EffectiveDelay | None, loop_delay_s: float) -> list[str]:
+    if effective is None:
+        return []
+    share = effective.scatter_s / loop_delay_s
+    return [
+        f"jitter of {options.jitter:g} s and loss of {options.loss:.0%} each way make {options.delay:.4g} s act "
+        f"as {effective.delay_s:.4g} s",
+        f"the age scatters by {effective.scatter_s:.3g} s: limits are about {1.2 * share**2:.1%} on the safe side"
+        + ("; too much to go by" if share > 1.0 / 3.0 else ""),
+        "",
+    ]
+
+
+def _at(function: Any, delay_s: float) -> float | None:
+    return function(delay_s) if delay_s else None

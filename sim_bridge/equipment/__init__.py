@@ -1,0 +1,1 @@
+"""What the kite carries: sensors and the steering actuator."""

@@ -1,0 +1,62 @@
+"""What the kite's sensors make of the truth: which quantities, how often, how exactly."""
+
+from math import atan2, hypot
+from random import Random
+
+from protocol import dialect
+from sim_bridge.plants.interface import Truth
+from sim_bridge.scenario.scenario import Scenario
+
+SAMPLE_BYTES = 50  # a KITE_SENSORS frame on the wire
+_GIVEN = {
+    "course": dialect.KITE_VALID_COURSE, "heading": dialect.KITE_VALID_HEADING,
+    "distance": dialect.KITE_VALID_DISTANCE, "airspeed": dialect.KITE_VALID_AIRSPEED,
+    "steering": dialect.KITE_VALID_STEERING,
+}
+
+Sample = tuple[int, float, float, float, float, float, float, float, float, int]
+
+
+class Sensors:
+    """Takes samples, as values of KITE_SENSORS in wire order."""
+
+    def __init__(self, scenario: Scenario):
+        self._noise = scenario["sensors.noise_rad"]
+        self._resolution = scenario["sensors.resolution_rad"]
+        self._course_noise = scenario["sensors.course_noise_rad"]
+        self._airspeed_noise = scenario["sensors.airspeed_noise"]
+        self._rate = scenario["sensors.rate_hz"]
+        self._valid = dialect.KITE_VALID_AZIMUTH | dialect.KITE_VALID_ELEVATION | dialect.KITE_VALID_TETHER_FORCE
+        for name, bit in _GIVEN.items():
+            self._valid |= bit if scenario[f"sensors.{name}"] else 0
+        self._random = Random(f"{scenario['run.seed']}:sensors")
+        self._next = float("-inf")
+
+    def is_due(self, time_s: float) -> bool:
+        """True when a sample is to be taken at `time_s`."""
+        if not self._rate:
+            return True
+        if time_s < self._next - 1e-9:
+            return False
+        self._next = max(self._next, time_s - 1.0 / self._rate) + 1.0 / self._rate
+        return True
+
+    def sample(self, time_us: int, truth: Truth, steering: float) -> Sample:
+        """One sample of `truth` and the actual `steering`, stamped `time_us`."""
+        x, y, z = truth.position
+        azimuth, elevation = atan2(y, x), atan2(z, hypot(x, y))
+        gauss = self._random.gauss
+        if self._noise:
+            azimuth += gauss(0.0, self._noise)
+            elevation += gauss(0.0, self._noise)
+        if self._resolution:
+            azimuth = round(azimuth / self._resolution) * self._resolution
+            elevation = round(elevation / self._resolution) * self._resolution
+        course, heading, airspeed = truth.course, truth.heading, truth.airspeed
+        if self._course_noise:
+            course += gauss(0.0, self._course_noise)
+            heading += gauss(0.0, self._course_noise)
+        if self._airspeed_noise:
+            airspeed = max(0.0, airspeed * (1.0 + gauss(0.0, self._airspeed_noise)))
+        return (time_us, azimuth, elevation, truth.distance, course, heading, airspeed, truth.tether_force,
+                steering, self._valid)

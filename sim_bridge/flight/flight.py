@@ -1,0 +1,225 @@
+"""The closed loop: plant, sensors, links, firmware, actuator; tick by tick."""
+
+from collections.abc import Callable
+from math import atan2, ceil, hypot, inf, nan
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kite_analysis.figure_eight import Array, TargetEight
+from kite_analysis.metrics import NOT_MEASURED, Metrics, Track, measure
+from sim_bridge.equipment.actuator import Actuator
+from sim_bridge.equipment.sensors import SAMPLE_BYTES, Sample, Sensors
+from sim_bridge.flight.judgement import Judge, recent_errors
+from sim_bridge.flight.plant_choice import make_plant
+from sim_bridge.flight.preflight import PREFLIGHT_TICKS, Preflight
+from sim_bridge.flight.start_state import lead_in, start_position
+from sim_bridge.links.emulation import LinkDirection, link_settings, patience_s, without
+from sim_bridge.links.ground_path import GroundLink
+from sim_bridge.links.wire import STEERING_BYTES
+from sim_bridge.plants.interface import Truth
+from sim_bridge.runtimes.interface import Runtime, TickOutput, clock_us
+from sim_bridge.scenario.scenario import Scenario
+from sim_bridge.wind.wind import Wind
+
+# Columns of the truth, a row a tick. From `state_course_rad` to `path_parameter_rad`, and `status`, they are what the
+# firmware's last KITE_STATE said, nan where there was none; the mode is the last heartbeat's, -1 long after that;
+# the wind is that at 6 m with its gusts along, before the profile.
+COLUMNS = (
+    "time_s", "azimuth_rad", "elevation_rad", "course_rad", "heading_rad", "airspeed_m_s", "steering",
+    "state_course_rad", "target_course_rad", "cross_track_rad", "path_parameter_rad", "steering_asked", "status",
+    "mode", "distance_m", "tether_force_n", "wind_m_s", "wind_direction_rad",
+)
+_NO_STATE = (nan,) * 21
+
+
+class TickRecord(NamedTuple):
+    """What a tick was about, for those who watch a flight."""
+
+    tick: int
+    time_s: float
+    samples: list[Sample]
+    datagrams: list[bytes]
+    output: TickOutput
+    heard: list[bytes]  # frames that reached the ground stations
+    row: tuple[float, ...] | None  # of the truth, if this tick has one
+
+
+class Flight:
+    """One flight of `scenario` with the firmware in `runtime`.
+
+    `ground` gives the datagrams that reach the firmware in a tick and takes what it sends; `watch` is called with a
+    TickRecord after each tick. Time starts below 0 with the preflight; `rows` holds the truth from t = 0 on.
+    """
+
+    def __init__(self, scenario: Scenario, runtime: Runtime, ground: GroundLink | None = None,
+                 stations: Any = None, watch: Callable[[TickRecord], None] | None = None):
+        self.scenario = scenario
+        self.runtime = runtime
+        self.period_s = 1.0 / scenario.parameter("LOOP_HZ")
+        self.eight = TargetEight.from_parameters(scenario.parameter)
+        self.plant = make_plant(scenario, *start_position(scenario, self.eight))
+        self.actuator = Actuator(scenario)
+        self.rows: list[tuple[float, ...]] = []
+        self.overruns = 0
+        self._ground = ground
+        self._stations = stations
+        self._watch = watch
+        self._sensors = Sensors(scenario)
+        self._wind = Wind(scenario, self.period_s)
+        self._start = self.plant.truth()
+        self._control = down, up = link_settings(scenario, "control", self.period_s)
+        seed = scenario["run.seed"]
+        self._down = LinkDirection(down, f"{seed}:control.down")
+        self._up = LinkDirection(up, f"{seed}:control.up")
+        self._newest_steering = -inf
+        self._preflight = Preflight(scenario)
+        lead_in_s = max(runtime.lead_in_s, PREFLIGHT_TICKS * self.period_s)
+        self.tick = -ceil((lead_in_s + patience_s(down, SAMPLE_BYTES, self.period_s)) / self.period_s)
+        self._first_tick = self.tick
+        self._state: tuple[Any, ...] | None = None
+        self._judge = Judge(scenario)
+
+    @property
+    def time_s(self) -> float:
+        """Time of the next tick, 0 at the start of the flight proper."""
+        return self.tick * self.period_s
+
+    def step(self) -> None:
+        """Run one tick and fly the plant on to the next.
+
+        Raises:
+            FirmwareError: the firmware did not get ready in time, or failed.
+        """
+        tick, time_s = self.tick, self.time_s
+        if tick == 0:
+            self._preflight.check()
+        flying = tick >= 0
+        truth = self.plant.truth() if flying else lead_in(self._start, time_s)
+        self.actuator.apply_due(time_s + 1e-9)
+        if self._sensors.is_due(time_s):
+            sample = self._sensors.sample(clock_us(time_s), truth, self.actuator.position)
+            self._down.send(time_s, sample, SAMPLE_BYTES)
+        samples = [sample for _, sample in self._down.due(time_s)]
+        datagrams = self._hear_stations(time_s)
+        requests = self._preflight.requests(tick) if not self._preflight.done else []
+        output = self.runtime.exchange(tick - self._first_tick, time_s, samples, requests, datagrams)
+        if not self._preflight.done:
+            self._preflight.hear(output.replies)
+        for sent_s, steering in output.steering:
+            self._up.send(sent_s, (sent_s, steering), STEERING_BYTES)
+        heard = self._tell_stations(time_s, output.frames)
+        self._judge.hear(time_s, output, len(self.rows))
+        if output.state:
+            self._state = output.state
+            self.overruns = output.state[14]
+        row = self._record(time_s, truth) if flying else None
+        if self._watch:
+            self._watch(TickRecord(tick, time_s, samples, datagrams, output, heard, row))
+        self.tick += 1
+        self._advance(time_s, self.time_s, flying)
+
+    @property
+    def trouble(self) -> str | None:
+        """Why the kite can fly no more; None while it can."""
+        return self.plant.trouble
+
+    def fly(self, until_s: float) -> None:
+        """Step until `until_s`, or until the kite can fly no more."""
+        while self.time_s < until_s - 1e-9 and not self.trouble:
+            self.step()
+
+    @property
+    def delay_asked_s(self) -> float:
+        """Delay of the control path there and back that the scenario asks for [s]."""
+        down, up = self._control
+        return down.delay_s + up.delay_s
+
+    @property
+    def delay_emulated_s(self) -> float:
+        """What of it is emulated at present [s]."""
+        return self._down.settings.delay_s + self._up.settings.delay_s
+
+    def allow_for(self, delay_s: float) -> None:
+        """A real board takes `delay_s` [s] itself: emulate only the rest of the control path's delay."""
+        self._down.settings, self._up.settings = without(self._control, delay_s, self.period_s)
+
+    def track(self) -> Track:
+        """The flight so far, as arrays."""
+        return self._judge.track(_columns(self.rows))
+
+    def metrics(self) -> Metrics:
+        """The flight's numbers and the verdict, after the scenario's settling time."""
+        if not self.rows:
+            return Metrics(None, None, None, None, None, NOT_MEASURED, "it ended before the flight began")
+        return measure(self.track(), self.scenario["run.settle_s"], self.trouble)
+
+    def recent_errors(self, seconds: float) -> tuple[float, float]:
+        """RMS of cross-track and turning-angle error [rad] over the last `seconds`, for a status line."""
+        recent = self.rows[-max(1, round(seconds / self.period_s)) :]
+        return recent_errors(self._judge.track(_columns(recent), len(self.rows) - len(recent)))
+
+    def _hear_stations(self, time_s: float) -> list[bytes]:
+        if not self._ground:
+            return []
+        if self._stations:
+            for datagram in self._stations.receive():
+                self._ground.from_station(time_s, datagram)
+        return self._ground.to_firmware(time_s)
+
+    def _tell_stations(self, time_s: float, frames: list[bytes]) -> list[bytes]:
+        if not self._ground:
+            return []
+        self._ground.from_firmware(time_s, frames)
+        heard = self._ground.to_stations(time_s)
+        if self._stations:
+            self._stations.send(heard)
+        return heard
+
+    def _record(self, time_s: float, truth: Truth) -> tuple[float, ...]:
+        state = self._state or _NO_STATE
+        azimuth, elevation = _angles(truth)
+        air = self._wind.air
+        row = (
+            time_s, azimuth, elevation, truth.course, truth.heading, truth.airspeed,
+            self.actuator.position, state[5], state[10], state[11], state[12], self._judge.steering_asked, state[16],
+            self._judge.mode(time_s), truth.distance, truth.tether_force, air.speed_m_s * air.gust, air.direction_rad)
+        self.rows.append(row)
+        return row
+
+    def _advance(self, start_s: float, end_s: float, flying: bool) -> None:
+        """Fly from one tick to the next, with each steering command felt at its exact time."""
+        for arrived_s, (sent_s, steering) in self._up.due(end_s):
+            if sent_s >= self._newest_steering:  # one that was overtaken on the way is of no use
+                self._newest_steering = sent_s
+                self.actuator.command(max(arrived_s, start_s), steering)
+        now = start_s
+        actuator = self.actuator
+        while now < end_s - 1e-9:
+            actuator.apply_due(now + 1e-9)
+            until = min(end_s, actuator.next_change())
+            self._fly_for(until - now, flying)
+            now = until
+        if flying:
+            self._wind.advance()
+
+    def _fly_for(self, duration: float, flying: bool) -> None:
+        """Fly on while no new command is felt."""
+        actuator = self.actuator
+        longest = self.plant.step_s * (2 if actuator.ideal else 1)
+        steps = max(1, ceil(duration / longest - 1e-6))
+        dt = duration / steps
+        for _ in range(steps):
+            if flying:
+                self.plant.step(dt, actuator.mean_over(dt), self._wind.air)
+            actuator.advance(dt)
+
+
+def _angles(truth: Truth) -> tuple[float, float]:
+    x, y, z = truth.position
+    return atan2(y, x), atan2(z, hypot(x, y))
+
+
+def _columns(rows: list[tuple[float, ...]]) -> dict[str, Array]:
+    values = np.array(rows, dtype=float).reshape(-1, len(COLUMNS))
+    return dict(zip(COLUMNS, values.T, strict=True))

@@ -1,0 +1,1 @@
+"""The radio: emulated links, the bridge's end of the wire, the way to ground stations and boards."""

@@ -1,0 +1,126 @@
+"""The ground stations' side of the bridge: a UDP socket, with the emulated ground link behind it."""
+
+import socket
+
+from sim_bridge.links.emulation import LinkDirection, LinkSettings
+from sim_bridge.links.wire import carries_control
+from sim_bridge.scenario.scenario import Scenario, ScenarioError
+
+_MOST_STATIONS = 32
+_MARKER = 0xFD  # first byte of a MAVLink 2 frame
+_MOST_DATAGRAMS = 200  # taken in at one tick
+_Address = tuple[str, int]
+
+
+def parse_address(text: str, where: str) -> _Address:
+    """HOST:PORT as an address.
+
+    Raises:
+        ScenarioError: it is not of that form.
+    """
+    host, colon, port = text.rpartition(":")
+    if not colon or not host or not port.isdigit() or int(port) > 65535:
+        raise ScenarioError(f"{where}: {text!r} is not HOST:PORT")
+    return host, int(port)
+
+
+class GroundLink:
+    """Both directions of the emulated ground path. Carries whole datagrams down and single frames up."""
+
+    def __init__(self, settings: tuple[LinkSettings, LinkSettings], seed: int):
+        self._down = LinkDirection(settings[0], f"{seed}:ground.down")
+        self._up = LinkDirection(settings[1], f"{seed}:ground.up")
+        self.refused = 0
+
+    def from_station(self, time_s: float, datagram: bytes) -> None:
+        """A ground station sent `datagram`; what only the control side may send is refused."""
+        if carries_control(datagram):
+            self.refused += 1
+        else:
+            self._down.send(time_s, datagram, len(datagram))
+
+    def to_firmware(self, time_s: float) -> list[bytes]:
+        """Datagrams that have reached the firmware by `time_s`."""
+        return [datagram for _, datagram in self._down.due(time_s)]
+
+    def from_firmware(self, time_s: float, frames: list[bytes]) -> None:
+        """The firmware sent `frames`."""
+        for frame in frames:
+            self._up.send(time_s, frame, len(frame))
+
+    def to_stations(self, time_s: float) -> list[bytes]:
+        """Frames that have come out on the ground by `time_s`."""
+        return [frame for _, frame in self._up.due(time_s)]
+
+
+class GroundSocket:
+    """Where ground stations are: the address that the kite sends to, and whoever has come to ours.
+
+    Of those who have come the 32 heard last are sent to: one more, and the longest silent one gives way.
+
+    Raises:
+        ScenarioError: an address that cannot be, or that another program has.
+    """
+
+    def __init__(self, scenario: Scenario):
+        listen = parse_address(scenario["ground.listen"], "ground.listen")
+        self._configured = _resolved(scenario["ground.send_to"])
+        self._stations: dict[_Address, None] = {}  # the longest silent first
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.setblocking(False)
+        try:
+            self._socket.bind(listen)
+        except OSError as error:
+            self._socket.close()
+            raise ScenarioError(
+                f"ground.listen = {scenario['ground.listen']}: {error.strerror}; "
+                "end the other program or set ground.listen to another port") from error
+        self.address: _Address = self._socket.getsockname()
+
+    def receive(self) -> list[bytes]:
+        """Datagrams that have come since the last call, up to a fixed number."""
+        datagrams: list[bytes] = []
+        while len(datagrams) < _MOST_DATAGRAMS:
+            try:
+                datagram, peer = self._socket.recvfrom(65536)
+            except BlockingIOError:
+                break
+            except OSError:  # an earlier datagram found nobody
+                continue
+            self._hear(peer, datagram)
+            datagrams.append(datagram[:1400])
+        return datagrams
+
+    def send(self, frames: list[bytes]) -> None:
+        """Send each frame to every ground station; one that is not there is no error."""
+        stations = [self._configured, *self._stations]
+        for frame in frames:
+            for peer in stations:
+                try:
+                    self._socket.sendto(frame, peer)
+                except OSError:
+                    continue
+
+    def close(self) -> None:
+        """Give the port back."""
+        self._socket.close()
+
+    def _hear(self, peer: _Address, datagram: bytes) -> None:
+        """Note who speaks; a stranger is a station if that is MAVLink."""
+        known = peer in self._stations
+        if peer == self._configured or not (known or datagram[:1] == bytes([_MARKER])):
+            return
+        if known:
+            del self._stations[peer]
+        elif len(self._stations) >= _MOST_STATIONS:
+            del self._stations[next(iter(self._stations))]
+        self._stations[peer] = None
+
+
+def _resolved(text: str) -> _Address:
+    """Where ground stations are sent to, as a number: that is how they are known when they answer."""
+    host, port = parse_address(text, "ground.send_to")
+    try:
+        return socket.gethostbyname(host), port
+    except OSError as error:
+        raise ScenarioError(f"ground.send_to = {text}: {host} is not known here ({error.strerror})") from error

@@ -1,0 +1,1 @@
+"""Runs: a flight started, logged as it goes, summed up, read back."""

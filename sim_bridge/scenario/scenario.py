@@ -1,0 +1,231 @@
+"""Scenarios: TOML files with what flies, through which links, with which gains."""
+
+import difflib
+import tomllib
+from collections.abc import Callable
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from protocol.parameter_table import float32, load_parameters
+from sim_bridge.scenario.keys import KEYS, plants_that_know
+from sim_bridge.settings import Value
+
+
+class ScenarioError(Exception):
+    """A scenario cannot be used; the text says what is wrong and where, in one line."""
+
+
+class Scenario:
+    """A resolved scenario: `values` by dotted key, and `parameters` by name (float32, all others at their default)."""
+
+    def __init__(self, name: str):
+        self.name = name
+        self.values: dict[str, Any] = {key: entry.default for key, entry in KEYS.items()}
+        self.parameters: dict[str, float] = {}
+
+    def __getitem__(self, key: str) -> Any:
+        return self.values[key]
+
+    def set(self, key: str, value: Value, where: str) -> None:
+        """Set a key; `where` (a file, an option) is named if that cannot be.
+
+        Raises:
+            ScenarioError: no such key, or a value that it cannot take.
+        """
+        if key not in KEYS:
+            raise ScenarioError(f"{where}: no key {key}{_suggest(key, KEYS)}")
+        self.values[key] = _checked(key, value, where)
+
+    def set_parameter(self, name: str, value: float, where: str) -> None:
+        """Set a firmware parameter, as `set` does a key."""
+        table = load_parameters()
+        if name not in table:
+            raise ScenarioError(f"{where}: no parameter {name}{_suggest(name, table)}")
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise ScenarioError(f"{where}: {name} takes a number, not {value!r}")
+        problem = "is read-only" if table[name].read_only else table[name].problem_with(value)
+        if problem:
+            raise ScenarioError(f"{where}: {problem if name in problem else f'{name} {problem}'}")
+        self.parameters[name] = float32(value)
+
+    def parameter(self, name: str) -> float:
+        """Value of a firmware parameter in this scenario."""
+        return self.parameters.get(name, load_parameters()[name].default)
+
+    def set_text(self, assignment: str, option: str) -> None:
+        """Take `section.key=value` or, for option --param, `NAME=value`, as typed."""
+        key, equals, text = assignment.partition("=")
+        key, text, where = key.strip(), text.strip(), f"{option} {assignment}"
+        if not equals or not text:
+            raise ScenarioError(f"{where}: write {'NAME=value' if option == '--param' else 'section.key=value'}")
+        if option == "--param":
+            self.set_parameter(key, _number(text, where), where)
+        else:
+            self.set(key, _typed(key, text, where), where)
+            self.check_meaning(key, where)
+
+    def check_meaning(self, key: str, where: str) -> None:
+        """Raises ScenarioError if `key` means nothing to the scenario's plant: it would change nothing."""
+        kind, plants = self["plant.kind"], plants_that_know(key)
+        if kind not in plants:
+            raise ScenarioError(f"{where}: {key} is for the plant {' or '.join(plants)}, and {kind} flies here")
+
+    def to_dict(self) -> dict[str, Any]:
+        """All of it, defaults included, for a run log; `set` names the parameters that are set, if to their default."""
+        parameters = {name: self.parameter(name) for name, entry in load_parameters().items() if not entry.read_only}
+        return {"name": self.name, "values": dict(self.values), "parameters": parameters, "set": list(self.parameters)}
+
+    @classmethod
+    def from_dict(cls, content: dict[str, Any], where: str) -> "Scenario":
+        """The inverse of `to_dict`, also where the defaults were others then.
+
+        Raises:
+            ScenarioError: it is none, or holds what this version does not know.
+        """
+        try:
+            scenario = cls(str(content["name"]))
+            for key, value in content["values"].items():
+                if value is not None:
+                    scenario.set(key, value, where)
+                elif key in KEYS and KEYS[key].default is None:
+                    scenario.values[key] = None
+            parameters = content["parameters"]
+            given = content.get("set", parameters)
+            for name, value in parameters.items():
+                if name in given or name not in load_parameters() or value != scenario.parameter(name):
+                    scenario.set_parameter(name, value, where)
+        except (KeyError, TypeError, AttributeError) as error:
+            raise ScenarioError(f"{where}: not a scenario: {error}") from error
+        return scenario
+
+
+def scenario_names() -> list[str]:
+    """Names of the scenarios that come with the project."""
+    folder = resources.files("sim_bridge") / "scenario" / "sets"
+    return sorted(entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml"))
+
+
+def load_scenario(name: str) -> Scenario:
+    """Read a scenario by its name, or from a TOML file by its path.
+
+    Raises:
+        ScenarioError: there is none of that name, the TOML is broken, a key or value is wrong.
+    """
+    if name.endswith(".toml"):
+        path = Path(name)
+        try:
+            return parse_scenario(path.stem, path.read_text("utf-8"), str(path))
+        except (OSError, UnicodeDecodeError) as error:
+            reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
+            raise ScenarioError(f"{path}: {reason}") from error
+    names = scenario_names()
+    if name not in names:
+        raise ScenarioError(f"no scenario {name}{_suggest(name, names)}; kite-sitl list shows all")
+    text = (resources.files("sim_bridge") / "scenario" / "sets" / f"{name}.toml").read_text("utf-8")
+    return parse_scenario(name, text, f"{name}.toml")
+
+
+def set_for_plant(scenario: Scenario, kind: str, notice: Callable[[str], None]) -> Scenario:
+    """The set of kite, line and eight that comes with the project for flying its `scenario` with the plant `kind`.
+
+    small-kite and one-point give small-kite-one-point.
+
+    Raises:
+        ScenarioError: no such plant, or no set for it.
+    """
+    _checked("plant.kind", kind, f"--set plant.kind={kind}")
+    if scenario["plant.kind"] == kind:
+        return scenario
+    family = scenario.name.removesuffix(f"-{scenario['plant.kind']}")
+    name = family if kind == "turning-rate" else f"{family}-{kind}"
+    if name not in scenario_names():
+        sets = [other for other in scenario_names() if load_scenario(other)["plant.kind"] == kind]
+        raise ScenarioError(f"--set plant.kind={kind}: {scenario.name} has no set for it; there are {', '.join(sets)}")
+    notice(f"flying {name}, the set of kite, line and eight for this plant")
+    return load_scenario(name)
+
+
+def parse_scenario(name: str, text: str, where: str) -> Scenario:
+    """Read a scenario from the text of a TOML file called `where`."""
+    try:
+        content = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ScenarioError(f"{where}: broken TOML: {error}") from error
+    scenario = Scenario(name)
+    parameters = content.pop("parameters", {})
+    if not isinstance(parameters, dict):
+        raise ScenarioError(f"{where}: parameters is a section")
+    pairs = _flatten(content)
+    for key, value in pairs:
+        scenario.set(key, value, where)
+    for key, _ in pairs:
+        scenario.check_meaning(key, where)
+    for parameter, value in parameters.items():
+        scenario.set_parameter(parameter, value, where)
+    return scenario
+
+
+def _flatten(content: dict[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
+    pairs = []
+    for key, value in content.items():
+        pairs += _flatten(value, f"{prefix}{key}.") if isinstance(value, dict) else [(prefix + key, value)]
+    return pairs
+
+
+def _suggest(name: str, known: Any) -> str:
+    near = difflib.get_close_matches(name, list(known), 1, 0.5)
+    return f"; did you mean {near[0]}?" if near else ""
+
+
+def _number(text: str, where: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise ScenarioError(f"{where}: {text!r} is not a number") from None
+
+
+def _typed(key: str, text: str, where: str) -> Value:
+    """A value as typed on the command line, by the kind of its key."""
+    kind = KEYS[key].kind if key in KEYS else str
+    if kind is bool:
+        if text.lower() not in ("true", "false"):
+            raise ScenarioError(f"{where}: {key} takes true or false")
+        return text.lower() == "true"
+    if kind is int:
+        number = _number(text, where)
+        if not number.is_integer():
+            raise ScenarioError(f"{where}: {key} takes a whole number")
+        return int(text) if text.lstrip("+-").isdigit() else int(number)
+    if kind is tuple:
+        return tuple(_number(part.strip(), where) for part in text.split(","))
+    return _number(text, where) if kind is float else text
+
+
+def _checked(key: str, value: Any, where: str) -> Value:
+    entry = KEYS[key]
+    if entry.kind is tuple:
+        return _checked_numbers(key, value, where)
+    if entry.kind is float and isinstance(value, int) and not isinstance(value, bool):
+        value = float(value)
+    if not isinstance(value, entry.kind) or (entry.kind is int and isinstance(value, bool)):
+        wanted = {float: "a number", int: "a whole number", bool: "true or false", str: "text"}[entry.kind]
+        raise ScenarioError(f"{where}: {key} takes {wanted}, not {value!r}")
+    if entry.choices and value not in entry.choices:
+        raise ScenarioError(f"{where}: {key} is one of {', '.join(entry.choices)}{_suggest(str(value), entry.choices)}")
+    if entry.kind in (float, int) and not entry.least <= value <= entry.greatest:  # type: ignore[operator]
+        raise ScenarioError(f"{where}: {key} = {value:g} is outside {entry.least:g} to {entry.greatest:g}")
+    return value
+
+
+def _checked_numbers(key: str, value: Any, where: str) -> tuple[float, ...]:
+    """A list of numbers, as one of floats; each lies within the key's bounds."""
+    entry = KEYS[key]
+    if not isinstance(value, list | tuple) or not value:
+        raise ScenarioError(f"{where}: {key} takes a list of numbers, not {value!r}")
+    for number in value:
+        if isinstance(number, bool) or not isinstance(number, int | float):
+            raise ScenarioError(f"{where}: {key} takes numbers, not {number!r}")
+        if not entry.least <= number <= entry.greatest:
+            raise ScenarioError(f"{where}: {key}: {number:g} is outside {entry.least:g} to {entry.greatest:g}")
+    return tuple(float(number) for number in value)

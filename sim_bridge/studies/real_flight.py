@@ -1,0 +1,135 @@
+"""A real flight, played as sensor samples over the wire into the firmware.
+
+The firmware sees positions alone and finds its own turning angle, which is held against the recorded course; and it
+steers for an eight fitted to the flight, although nobody listens.
+"""
+
+from collections.abc import Callable
+from math import ceil, isfinite, nan
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kite_analysis.figure_eight import Array, TargetEight, wrap
+from kite_analysis.flights.real_flight import FlightData, fit_eight, read_flight
+from kite_analysis.plots import draw_turning_angle, new_figure
+from protocol import dialect
+from sim_bridge.equipment.sensors import Sample
+from sim_bridge.flight.preflight import Preflight
+from sim_bridge.runs.run import make_runtime
+from sim_bridge.runtimes.interface import clock_us
+from sim_bridge.scenario.scenario import Scenario, load_scenario
+
+# In wire order: what of a row goes into a sample, and its bit; course and heading are left to the firmware.
+_SENT = (
+    ("azimuth", dialect.KITE_VALID_AZIMUTH), ("elevation", dialect.KITE_VALID_ELEVATION),
+    ("distance", dialect.KITE_VALID_DISTANCE), ("", 0), ("", 0), ("airspeed", dialect.KITE_VALID_AIRSPEED),
+    ("tether_force", dialect.KITE_VALID_TETHER_FORCE), ("steering", dialect.KITE_VALID_STEERING),
+)
+_FROM_POSITIONS = 2.0
+
+
+class Replay(NamedTuple):
+    """A flight and what the firmware made of it, a row a sample."""
+
+    data: FlightData
+    eight: TargetEight
+    course: Array  # the firmware's turning angle [rad]
+    steering_asked: Array
+    tracking: Array  # True where the firmware was in TRACK
+    numbers: dict[str, Any]
+
+
+def replay_scenario(data: FlightData) -> Scenario:
+    """The v3-flight-paper scenario with the eight of this flight, its direction, and positions as the only source.
+
+    It predicts nothing: what is asked for here is never felt.
+    """
+    used = data.reel_out & np.isfinite(data.azimuth) & np.isfinite(data.elevation)
+    eight = fit_eight(data.azimuth[used], data.elevation[used])
+    scenario = load_scenario("v3-flight-paper")
+    where = "the eight fitted to this flight"
+    for name, value in (
+        ("EIGHT_AZIMUTH", np.degrees(eight.azimuth)), ("EIGHT_ELEVATION", np.degrees(eight.elevation)),
+        ("EIGHT_HALF_W", np.degrees(eight.half_width)), ("EIGHT_HALF_H", np.degrees(eight.half_height)),
+        ("EIGHT_DIRECTION", eight.direction), ("COURSE_SOURCE", _FROM_POSITIONS),
+    ):
+        scenario.set_parameter(name, float(value), where)
+    return scenario
+
+
+def play(path: Path, runtime_name: str, notice: Callable[[str], None], columns: Path | None = None) -> Replay:
+    """Play the flight in `path`, whose columns mean what `columns` says (default: those of the public flight).
+
+    Raises:
+        FlightDataError: the file is not a flight.
+        ScenarioError, FirmwareError: it cannot be flown.
+    """
+    data = read_flight(path, columns)
+    scenario = replay_scenario(data)
+    runtime = make_runtime(runtime_name, False, False, notice)
+    period_s = 1.0 / scenario.parameter("LOOP_HZ")
+    preflight = Preflight(scenario)
+    said: list[tuple[float, float, float]] = []
+    last = (np.nan, np.nan, 0.0)
+    try:
+        runtime.start()
+        row = 0
+        for tick in range(ceil(data.time_s[-1] / period_s) + 2):
+            time_s = tick * period_s
+            samples: list[Sample] = []
+            while row < len(data.time_s) and data.time_s[row] <= time_s + 1e-9:
+                samples.append(_sample(data, row))
+                row += 1
+            output = runtime.exchange(tick, time_s, samples, preflight.requests(tick), [])
+            preflight.hear(output.replies)
+            if output.state:
+                last = (output.state[5], output.state[13], output.state[20])
+            said += [last] * (row - len(said))
+    finally:
+        runtime.stop()
+    course, steering, mode = np.array(said).T
+    numbers = _compare(data, course)
+    numbers |= {"file": path.name, "runtime": runtime.name, "samples": len(course)}
+    eight = TargetEight.from_parameters(scenario.parameter)
+    return Replay(data, eight, course, steering, mode == dialect.KITE_MODE_TRACK, numbers)
+
+
+def _sample(data: FlightData, row: int) -> Sample:
+    values = [float(getattr(data, quantity)[row]) if quantity else nan for quantity, _ in _SENT]
+    valid = sum(bit for value, (_, bit) in zip(values, _SENT, strict=True) if isfinite(value))
+    azimuth, elevation, distance, course, heading, airspeed, force, steering = (
+        value if isfinite(value) else 0.0 for value in values)
+    return (clock_us(float(data.time_s[row])), azimuth, elevation, distance, course, heading, airspeed, force,
+            steering, valid)
+
+
+def _compare(data: FlightData, course: Array) -> dict[str, Any]:
+    used = data.reel_out & np.isfinite(course) & np.isfinite(data.course)
+    error = np.degrees(wrap(course - data.course)[used])
+    return {
+        "turning_angle_rms_deg": float(np.sqrt(np.mean(error**2))),
+        "turning_angle_bias_deg": float(np.mean(error)),
+        "reel_out_s": float(np.sum(data.reel_out) * np.median(np.diff(data.time_s))),
+    }
+
+
+def plot_replay(replay: Replay, title: str) -> Any:
+    """The firmware's turning angle with the recorded course, and its steering with the recorded one."""
+    figure, (top, bottom) = new_figure(9.0, 6.5, rows=2)
+    used = replay.data.reel_out
+    time_s = replay.data.time_s[used]
+    draw_turning_angle(top, time_s, replay.course[used], replay.data.course[used],
+                       ("firmware, from positions", "recorded course"))
+    asked = np.where(replay.tracking, replay.steering_asked, np.nan)[used]
+    bottom.plot(time_s, replay.data.set_steering[used], "--", color="#d1495b", lw=1.0, label="recorded, set")
+    bottom.plot(time_s, asked, color="#1f4e9c", lw=1.0, label="firmware, on the fitted eight")
+    bottom.set(xlabel="time [s]", ylabel="steering")
+    bottom.grid(alpha=0.3)
+    bottom.legend(loc="upper right", fontsize=8, ncols=2)
+    bottom.margins(y=0.2)
+    top.set_xlabel("")
+    figure.suptitle(title)
+    figure.supxlabel(replay.data.attribution, x=0.995, ha="right", fontsize=6, color="#666666")
+    return figure
