@@ -2,7 +2,7 @@
 
 from ..boards.interface import WATCHDOG
 from ..mavlink.generated_messages import MAV_SEVERITY_INFO, MAV_SEVERITY_WARNING
-from .generated_parameters import PARAMETERS
+from .generated_parameters import COUNT, DEFAULTS
 from .retained import Recovery
 from .store import ParameterStore
 
@@ -117,8 +117,8 @@ class Keeper:
         """Set all parameters to their defaults, on flash too; return False if that failed, or while armed."""
         if self.store is None or self._modes.armed():
             return False
-        for index in range(len(PARAMETERS)):
-            self._parameters.set(index, PARAMETERS[index][1])
+        for index in range(COUNT):
+            self._parameters.set(index, DEFAULTS[index])
         self._keep()
         return self.save()
 

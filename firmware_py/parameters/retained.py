@@ -7,10 +7,10 @@ import struct
 
 from ..mavlink.crc import START, crc_bytes
 from ..mavlink.generated_messages import CONTRACT_HASH
-from .generated_parameters import PARAMETERS
+from .generated_parameters import COUNT
 
 _CONTRACT = CONTRACT_HASH.encode()  # another firmware's values would be misread
-_LAYOUT = "<16sB%df" % len(PARAMETERS)
+_LAYOUT = "<16sB%df" % COUNT
 _VALUES = 2  # index of the first value in what _LAYOUT gives
 
 
@@ -38,7 +38,7 @@ class Recovery:
         kept = struct.unpack_from(_LAYOUT, data, 0)
         if kept[0] != _CONTRACT:
             return None
-        for index in range(len(PARAMETERS)):
+        for index in range(COUNT):
             value = kept[_VALUES + index]
             if not parameters.refusal(index, value, False):
                 parameters.set(index, value)

@@ -8,7 +8,7 @@ then takes the place of the other slot: whenever the power fails, the last set t
 import struct
 
 from ..mavlink.crc import START, crc_bytes
-from .generated_parameters import PARAMETERS, READ_ONLY
+from .generated_parameters import COUNT, DEFAULTS, FLAGS, NAMES, READ_ONLY
 from .values import UNKNOWN
 
 SLOTS = ("parameters_a.bin", "parameters_b.bin")
@@ -103,7 +103,7 @@ class ParameterStore:
 
     def _unpack(self, record, parameters, report):
         """All values as `record` has them, with defaults for the rest."""
-        values = [entry[1] for entry in PARAMETERS]
+        values = list(DEFAULTS)
         stored = [False] * len(values)
         for offset in range(_HEADER_BYTES, len(record) - _CRC_BYTES, _ENTRY_BYTES):
             name, value = struct.unpack_from(_ENTRY, record, offset)
@@ -118,8 +118,8 @@ class ParameterStore:
                 values[index] = value
                 report.loaded += 1
         for index in range(len(values)):
-            if not stored[index] and not PARAMETERS[index][5] & READ_ONLY:
-                report.missing.append(PARAMETERS[index][0])
+            if not stored[index] and not FLAGS[index] & READ_ONLY:
+                report.missing.append(NAMES[index].decode())
         return values
 
 
@@ -130,12 +130,12 @@ def _entries(record):
 
 def _pack(parameters, generation):
     """The record of all parameters that can be set."""
-    kept = [index for index in range(len(PARAMETERS)) if not PARAMETERS[index][5] & READ_ONLY]
+    kept = [index for index in range(COUNT) if not FLAGS[index] & READ_ONLY]
     record = bytearray(_HEADER_BYTES + len(kept) * _ENTRY_BYTES + _CRC_BYTES)
     struct.pack_into(_HEADER, record, 0, _MAGIC, generation, len(kept))
     offset = _HEADER_BYTES
     for index in kept:
-        struct.pack_into(_ENTRY, record, offset, parameters.name_of(index), parameters.values[index])
+        struct.pack_into(_ENTRY, record, offset, NAMES[index], parameters.values[index])
         offset += _ENTRY_BYTES
     struct.pack_into("<H", record, offset, crc_bytes(record, 0, offset, START))
     return bytes(record)

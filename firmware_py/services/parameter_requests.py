@@ -10,7 +10,7 @@ from ..mavlink.generated_messages import (
     PARAM_ERROR,
     PARAM_VALUE,
 )
-from ..parameters.generated_parameters import PARAMETERS
+from ..parameters.generated_parameters import COUNT, NAMES
 from ..parameters.values import UNKNOWN
 
 _PER_TICK = 2  # of those that nobody waits for one by one
@@ -36,7 +36,7 @@ class ParameterRequests:
         """Send all parameters, from where a list has come to, once round."""
         if not self._left:
             self._next = 0
-        self._left = len(PARAMETERS)
+        self._left = COUNT
 
     def announce(self, index):
         """Send the value of a parameter when there is room."""
@@ -56,12 +56,12 @@ class ParameterRequests:
             else:
                 self._left -= 1
                 self._send(self._next)
-                self._next = (self._next + 1) % len(PARAMETERS)
+                self._next = (self._next + 1) % COUNT
 
     def read(self, index, name, system, component):
         """Send a parameter by its index, or by its name where the index is negative."""
         wanted = self._parameters.index_of(name) if index < 0 else index
-        if 0 <= wanted < len(PARAMETERS):
+        if 0 <= wanted < COUNT:
             self._send(wanted)
         else:
             self._link.answer(PARAM_ERROR, (index, system, component, name, MAV_PARAM_ERROR_DOES_NOT_EXIST))
@@ -92,8 +92,8 @@ class ParameterRequests:
 
     def _send(self, index):
         parameters = self._parameters
-        name = parameters.name_of(index)
-        self._link.answer(PARAM_VALUE, (parameters.values[index], len(PARAMETERS), index, name, MAV_PARAM_TYPE_REAL32))
+        values = (parameters.values[index], COUNT, index, NAMES[index], MAV_PARAM_TYPE_REAL32)
+        self._link.answer(PARAM_VALUE, values)
 
     def _refuse(self, index, name, error, system, component):
         """Send PARAM_ERROR when there is room."""

@@ -7,16 +7,17 @@ from hypothesis import strategies as st
 
 from firmware_py.control.figure_eight import FigureEight
 from firmware_py.control.sphere import TangentFrame
-from firmware_py.parameters.generated_parameters import PARAMETERS
+from firmware_py.parameters.generated_parameters import DEFAULTS
 from kite_analysis.figure_eight import TargetEight
+from protocol.parameter_table import load_parameters
 
-NAMES = [entry[0] for entry in PARAMETERS]
+NAMES = list(load_parameters())
 
 
 def parameters(**changed: float) -> list[float]:
     """Values of all parameters, at their default but for those `changed`."""
     assert set(changed) <= set(NAMES)
-    return [changed.get(entry[0], entry[1]) for entry in PARAMETERS]
+    return [changed.get(name, default) for name, default in zip(NAMES, DEFAULTS, strict=True)]
 
 
 def eight(**changed: float) -> tuple[FigureEight, TargetEight]:

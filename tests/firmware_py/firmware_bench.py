@@ -4,8 +4,8 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from firmware_py.parameters.generated_parameters import PARAMETERS
 from protocol import dialect
+from protocol.parameter_table import load_parameters
 from sim_bridge.equipment.sensors import Sample
 from sim_bridge.plants.turning_rate import TurningRatePlant
 from sim_bridge.runtimes.interface import clock_us
@@ -13,7 +13,7 @@ from sim_bridge.runtimes.memory import MemoryRuntime
 from sim_bridge.scenario.scenario import Scenario
 from sim_bridge.wind.air import Air
 
-NAMES = [entry[0] for entry in PARAMETERS]
+NAMES = list(load_parameters())
 STANDBY, MANUAL, PARK, TRACK = (
     dialect.KITE_MODE_STANDBY, dialect.KITE_MODE_MANUAL, dialect.KITE_MODE_PARK, dialect.KITE_MODE_TRACK)
 ARM, DO_SET_MODE = dialect.MAV_CMD_COMPONENT_ARM_DISARM, dialect.MAV_CMD_DO_SET_MODE

@@ -9,8 +9,8 @@ import pytest
 from firmware_bench import AIRSPEED, COURSE, DISTANCE, EVERYTHING, HEADING, NAMES, POSITION, sample
 
 from firmware_py.control.estimator import Estimator
-from firmware_py.parameters.generated_parameters import PARAMETERS
 from kite_analysis.figure_eight import turning_angle
+from protocol.parameter_table import load_parameters
 
 WRAP_US = 1 << 30
 PLAIN = ("azimuth", "elevation", "distance", "course", "heading", "airspeed", "tether_force", "steering", "speed",
@@ -37,7 +37,7 @@ def estimator(**changed: float) -> Clocked:
     """An estimator with these parameters, the others at their default."""
     assert set(changed) <= set(NAMES)
     made = Clocked()
-    made.config.load([changed.get(entry[0], entry[1]) for entry in PARAMETERS])
+    made.config.load([changed.get(name, entry.default) for name, entry in load_parameters().items()])
     return made
 
 

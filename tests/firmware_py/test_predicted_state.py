@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from firmware_py.clock import MASK
 from firmware_py.control.estimator import Estimator
 from firmware_py.control.steering import Steering
-from firmware_py.parameters.generated_parameters import PARAMETERS
 from firmware_py.prediction.prediction import Prediction
 from firmware_py.prediction.steering_history import SteeringHistory
+from protocol.parameter_table import load_parameters
 from sim_bridge.equipment.actuator import Actuator
 from sim_bridge.plants.turning_rate import TurningRatePlant
 from sim_bridge.scenario.scenario import Scenario
@@ -199,7 +199,7 @@ def test_clocks_need_not_agree(offset, usual_us):
 
 
 extreme = st.floats(-1e6, 1e6, width=32)
-LIMITS = {entry[0]: entry[2:4] for entry in PARAMETERS}
+LIMITS = {name: (entry.least, entry.greatest) for name, entry in load_parameters().items()}
 AT_LIMITS = ("PRED_DELAY", "PRED_RATE", "PRED_SAT", "TURN_K", "TURN_OFFSET", "GRAVITY_C", "AIRSPEED_MIN", "LOOP_HZ",
              "INNER_P", "STEER_MAX", "COURSE_WINDOW", "STALE_TIME")
 
@@ -232,7 +232,7 @@ def test_nothing_absurd_comes_of_absurd_samples_and_parameters(
         assert frame.e2x**2 + frame.e2y**2 == pytest.approx(1.0, abs=1e-9)
         assert -math.pi < prediction.course <= math.pi
         assert math.isfinite(prediction.speed) and 0.5 <= prediction.turning_ratio <= 2.0
-        assert abs(loop.asked) <= values[[entry[0] for entry in PARAMETERS].index("STEER_MAX")]
+        assert abs(loop.asked) <= values[list(LIMITS).index("STEER_MAX")]
 
 
 def test_an_actuator_still_under_way_is_reckoned_with():

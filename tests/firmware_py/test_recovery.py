@@ -11,14 +11,14 @@ from firmware_py.autopilot import Autopilot
 from firmware_py.boards.interface import POWER_ON, SOFT, WATCHDOG
 from firmware_py.boards.unix_board import UnixBoard
 from firmware_py.mavlink.link import MavlinkLink
-from firmware_py.parameters.generated_parameters import PARAMETERS
+from firmware_py.parameters.generated_parameters import COUNT
 from firmware_py.parameters.retained import Recovery
 from firmware_py.parameters.values import Parameters
 from protocol import dialect
 
 STANDBY, PARK, TRACK = dialect.KITE_MODE_STANDBY, dialect.KITE_MODE_PARK, dialect.KITE_MODE_TRACK
 ACCEPTED = dialect.MAV_RESULT_ACCEPTED
-RETAINED_BYTES = 17 + 4 * len(PARAMETERS) + 2
+RETAINED_BYTES = 17 + 4 * COUNT + 2
 
 
 def heartbeat_of_a_station() -> dialect.MAVLink_message:
@@ -163,7 +163,7 @@ def test_it_comes_back_in_park_even_where_track_may_resume():
 @pytest.mark.parametrize("cause", [POWER_ON, SOFT])
 def test_any_other_start_is_disarmed_with_the_stored_parameters(cause):
     bench = assert_on_the_ground(flown_board(FlyingKite()), cause)
-    assert bench.texts() == [f"reset: {cause}", f"{len(PARAMETERS) - 1} parameters from storage"]
+    assert bench.texts() == [f"reset: {cause}", f"{COUNT - 1} parameters from storage"]
 
 
 @pytest.mark.parametrize("cause", [POWER_ON, SOFT])

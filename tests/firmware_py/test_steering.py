@@ -15,7 +15,7 @@ from firmware_py.mavlink.generated_messages import (
     KITE_STATUS_SATURATED,
     KITE_STATUS_SLEWED,
 )
-from firmware_py.parameters.generated_parameters import PARAMETERS
+from protocol.parameter_table import load_parameters
 
 PERIOD_S = 0.02
 any_float32 = st.floats(width=32, allow_nan=False, allow_infinity=False)
@@ -25,7 +25,7 @@ def steering(**changed: float) -> Steering:
     """The inner loop with K = 0.25 rad/m, P = 2 /s, no feed-forward, no limits; and what is `changed`."""
     plain: dict[str, float] = {"TURN_K": 0.25, "INNER_P": 2.0, "FF_GAIN": 0.0, "AIRSPEED_MIN": 4.0}
     assert set(changed) <= set(NAMES)
-    values = [{**plain, **changed}.get(entry[0], entry[1]) for entry in PARAMETERS]
+    values = [{**plain, **changed}.get(name, entry.default) for name, entry in load_parameters().items()]
     made = Steering()
     made.config.load(values)
     return made

@@ -7,15 +7,16 @@ from firmware_bench import NAMES, Bench, hovering
 from simulated_storage import Board, RetainedMemory, SimulatedStorage, whole_board
 
 from firmware_py.boards.interface import POWER_ON, WATCHDOG
-from firmware_py.parameters.generated_parameters import PARAMETERS
 from protocol import dialect
+from protocol.parameter_table import load_parameters
 
 STORAGE = dialect.MAV_CMD_PREFLIGHT_STORAGE
 READ, WRITE, RESET = 0.0, 1.0, 2.0
 ACCEPTED = dialect.MAV_RESULT_ACCEPTED
 REJECTED = dialect.MAV_RESULT_TEMPORARILY_REJECTED
 FAILED = dialect.MAV_RESULT_FAILED
-DEFAULTS = [entry[1] for entry in PARAMETERS]
+TABLE = load_parameters()
+DEFAULTS = [entry.default for entry in TABLE.values()]
 
 
 def announced(bench: Bench) -> dict[str, float]:
@@ -91,14 +92,14 @@ def test_reset_goes_back_to_the_defaults_and_stores_them(bench, board):
 
 
 def test_however_many_have_changed_six_are_announced_in_a_tick(bench):
-    wanted = {name: entry[3] for name, entry in zip(NAMES, PARAMETERS, strict=True) if entry[3] != entry[1]}
+    wanted = {name: entry.greatest for name, entry in TABLE.items() if entry.greatest != entry.default}
     for name in ("SYSTEM_ID", "TABLE_VERSION"):
         del wanted[name]
     bench.set(**wanted)
     assert len(wanted) > 20
     bench.heard.clear()
     assert bench.command(STORAGE, RESET) == ACCEPTED
-    assert announced(bench) == {entry[0]: entry[1] for entry in PARAMETERS if entry[0] in wanted}
+    assert announced(bench) == {name: TABLE[name].default for name in wanted}
 
 
 def test_a_list_under_way_is_not_cut_short_by_what_is_announced(bench):

@@ -4,11 +4,11 @@ from collections.abc import Callable
 
 import pytest
 
-from firmware_py.parameters.generated_parameters import PARAMETERS
 from ground.link.links import Links
 from ground.link.transports import LinkError, OnePeer
 from ground.session import Session
 from protocol import dialect
+from protocol.parameter_table import load_parameters
 from sim_bridge.flight.flight import Flight
 from sim_bridge.links.emulation import LinkSettings
 from sim_bridge.links.ground_path import GroundLink
@@ -118,7 +118,7 @@ class SimulatedKite:
 
     def firmware_parameter(self, name: str) -> float:
         """The value that the firmware holds."""
-        names = [entry[0] for entry in PARAMETERS]
+        names = list(load_parameters())
         return self._runtime.autopilot.parameters.values[names.index(name)]
 
     def step(self) -> None:

@@ -9,7 +9,8 @@ from pymavlink.generator import mavparse
 
 from firmware_py.mavlink.generated_messages import CONTRACT_HASH as FIRMWARE_HASH
 from firmware_py.mavlink.generated_messages import MESSAGES
-from firmware_py.parameters.generated_parameters import DISARMED_ONLY, OFF_AT_ZERO, PARAMETERS, READ_ONLY
+from firmware_py.parameters import generated_parameters as generated
+from firmware_py.parameters.generated_parameters import DISARMED_ONLY, OFF_AT_ZERO, READ_ONLY
 from protocol import dialect, generate
 from protocol.contract import CONTRACT_HASH
 from protocol.parameter_table import float32, load_parameters, parse_parameters
@@ -52,8 +53,11 @@ def test_standard_messages_are_the_ones_everybody_speaks():
 
 def test_every_parameter_fits_the_wire_and_both_tables_agree():
     table = load_parameters()
-    assert [entry[0] for entry in PARAMETERS] == list(table)
-    for name, default, least, greatest, step, flags in PARAMETERS:
+    assert tuple(name.encode() for name in table) == generated.NAMES and len(table) == generated.COUNT
+    assert [getattr(generated, name) for name in table] == list(range(generated.COUNT))
+    for name, default, least, greatest, step, flags in zip(
+            table, generated.DEFAULTS, generated.LEASTS, generated.GREATESTS, generated.STEPS, generated.FLAGS,
+            strict=True):
         ours = table[name]
         assert (default, least, greatest, step) == ours[1:5]
         assert bool(flags & DISARMED_ONLY) == ours.disarmed_only

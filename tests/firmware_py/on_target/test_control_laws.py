@@ -139,8 +139,9 @@ def test_the_course_comes_from_positions_and_bad_samples_change_nothing():
 
 def test_every_limit_of_every_parameter_holds():
     parameters = Parameters()
-    for index, (_, default, least, greatest, _, flags) in enumerate(table.PARAMETERS):
-        refused = bool(flags & table.READ_ONLY)
+    for index in range(table.COUNT):
+        default, least, greatest = table.DEFAULTS[index], table.LEASTS[index], table.GREATESTS[index]
+        refused = bool(table.FLAGS[index] & table.READ_ONLY)
         for value in (default, least, greatest):
             assert bool(parameters.refusal(index, value, False)) == refused
         for value in (least - 1.0, greatest + 1.0, float("nan"), float("inf")):

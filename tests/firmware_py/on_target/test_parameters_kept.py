@@ -7,7 +7,16 @@ import os
 import struct
 
 from firmware_py.parameters.file_storage import FileStorage
-from firmware_py.parameters.generated_parameters import PARAMETERS, READ_ONLY
+from firmware_py.parameters.generated_parameters import (
+    COUNT,
+    DEFAULTS,
+    FLAGS,
+    GREATESTS,
+    LEASTS,
+    NAMES,
+    READ_ONLY,
+    STEPS,
+)
 from firmware_py.parameters.retained import Recovery
 from firmware_py.parameters.store import SLOTS, TEMPORARY, ParameterStore
 from firmware_py.parameters.values import Parameters
@@ -99,20 +108,20 @@ class Flash:
 def _set(number):
     """A set of parameters that differs from those of other numbers in most values."""
     parameters = Parameters()
-    for index in range(len(PARAMETERS)):
-        _, default, least, greatest, step, flags = PARAMETERS[index]
+    for index in range(COUNT):
+        least, greatest, step, fixed = LEASTS[index], GREATESTS[index], STEPS[index], FLAGS[index] & READ_ONLY
         value = greatest if number % 2 else least
         if not step:
-            value = least + (greatest - least) * (index + number) / (len(PARAMETERS) + 8)
+            value = least + (greatest - least) * (index + number) / (COUNT + 8)
         value = struct.unpack("<f", struct.pack("<f", value))[0]
-        if not flags & READ_ONLY and not parameters.refusal(index, value, False):
+        if not fixed and not parameters.refusal(index, value, False):
             parameters.set(index, value)
-        assert number == 0 or value != default or step or flags & READ_ONLY
+        assert number == 0 or value != DEFAULTS[index] or step or fixed
     return parameters
 
 
 def _bytes(parameters):
-    return struct.pack("<" + "f" * len(PARAMETERS), *parameters.values)
+    return struct.pack("<" + "f" * COUNT, *parameters.values)
 
 
 def _loaded(storage):
@@ -156,9 +165,9 @@ def test_a_power_cut_at_every_byte_of_a_write():
 
 def test_a_record_of_another_version():
     parameters = Parameters()
-    name = PARAMETERS[0][0]
+    name = NAMES[0]
     body = struct.pack("<4sIH", b"KPR1", 3, 3)
-    for stored, value in ((name.encode(), 2.5), (b"NOT_HERE_ANYMORE", 1.0), (b"TURN_K", 99.0)):
+    for stored, value in ((name, 2.5), (b"NOT_HERE_ANYMORE", 1.0), (b"TURN_K", 99.0)):
         body += struct.pack("<16sf", stored, value)
     crc = 0xFFFF
     for byte in body:
@@ -170,7 +179,7 @@ def test_a_record_of_another_version():
     assert parameters.values[0] == 2.5
     assert report.unknown == ["NOT_HERE_ANYMORE"]
     assert report.refused == ["TURN_K"]
-    assert "TURN_K" not in report.missing and name not in report.missing and "OUTER_L" in report.missing
+    assert "TURN_K" not in report.missing and name.decode() not in report.missing and "OUTER_L" in report.missing
 
 
 def test_retained_memory():
@@ -183,7 +192,7 @@ def test_retained_memory():
         assert Recovery(memory).load(parameters) is armed
         assert _bytes(parameters) == _bytes(_set(3))
     whole = memory.data
-    for position in range(0, 17 + 4 * len(PARAMETERS), 5):
+    for position in range(0, 17 + 4 * COUNT, 5):
         memory.data = whole[:position] + bytes([whole[position] ^ 4]) + whole[position + 1 :]
         assert Recovery(memory).load(Parameters()) is None
     memory.data = whole[:20]
