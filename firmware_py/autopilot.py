@@ -8,14 +8,14 @@ from .control.guidance import Guidance
 from .control.sphere import wrap
 from .control.steering import Steering
 from .control.turn_k_estimate import TurnKEstimate
-from .mavlink.generated_messages import (
-    HIL_ACTUATOR_CONTROLS,
+from .generated_enums import (
     HIL_ACTUATOR_CONTROLS_FLAGS_LOCKSTEP,
     KITE_MODE_MANUAL,
     KITE_MODE_PARK,
     KITE_MODE_STANDBY,
     KITE_MODE_TRACK,
 )
+from .mavlink.generated_messages import HIL_ACTUATOR_CONTROLS
 from .modes.mode_machine import ModeMachine
 from .parameters.generated_parameters import LOOP_HZ, SYSTEM_ID
 from .parameters.persistence import Keeper

@@ -94,16 +94,19 @@ def _targets(message) -> tuple[int, int] | None:
     return None if system < 0 else (system, places.get("target_component", -1))
 
 
-def firmware_messages(files: list[mavparse.MAVXML], constants: list[str], contract: str) -> str:
-    """The firmware's message table: text of a module of literals."""
-    messages = sorted((m for file in files for m in file.message), key=lambda m: m.id)
+def firmware_enums(files: list[mavparse.MAVXML], constants: list[str]) -> str:
+    """The values of enums that the firmware uses: text of a module of literals, that knows nothing of messages."""
     values = {entry.name: entry.value for file in files for enum in file.enum for entry in enum.entry}
     if missing := set(constants) - set(values):
         raise ValueError(f"messages.toml: no enum value {sorted(missing)[0]} in the enums kept")
+    return "\n".join([_HEADER, *(f"{name} = {int(values[name])}" for name in constants)]) + "\n"
+
+
+def firmware_messages(files: list[mavparse.MAVXML], contract: str) -> str:
+    """The firmware's message table: text of a module of literals."""
+    messages = sorted((m for file in files for m in file.message), key=lambda m: m.id)
     lines = [_HEADER]
     lines += [f"{message.name} = {message.id}" for message in messages]
-    lines.append("")
-    lines += [f"{name} = {int(values[name])}" for name in constants]
     lines += ["", f"CONTRACT_HASH = {contract[:16]!r}", "",
               "# id: (struct format in wire order, CRC extra, length of the payload, its length in MAVLink 1)"]
     lines.append("MESSAGES = {")
@@ -170,8 +173,8 @@ def generate() -> dict[Path, str]:
         return {
             HERE / "dialect.py": pc_dialect(files, folder),
             HERE / "contract.py": f'{_HEADER}\nCONTRACT_HASH = "{contract[:16]}"\n',
-            _FIRMWARE / "mavlink" / "generated_messages.py":
-                firmware_messages(files, wanted["constants"], contract),
+            _FIRMWARE / "generated_enums.py": firmware_enums(files, wanted["constants"]),
+            _FIRMWARE / "mavlink" / "generated_messages.py": firmware_messages(files, contract),
             _FIRMWARE / "parameters" / "generated_parameters.py": firmware_parameters(table_text),
             _FIRMWARE / "services" / "generated_metadata.py": firmware_metadata(metadata),
             **{_FIRMWARE / "services" / name: text for name, text in metadata.items()},

@@ -4,7 +4,7 @@ A pattern is sixteen slots of 131 ms, the first one the lowest bit; the clock's 
 """
 
 from ..clock import ticks_diff
-from ..mavlink.generated_messages import KITE_MODE_MANUAL, KITE_MODE_PARK, KITE_MODE_STANDBY, KITE_MODE_TRACK
+from ..generated_enums import KITE_MODE_MANUAL, KITE_MODE_PARK, KITE_MODE_STANDBY, KITE_MODE_TRACK
 
 # Mostly dark: nothing steers. Mostly lit: the steering is live, and the dark gaps count the mode.
 NO_LINK = 0x0001  # one flash

@@ -3,7 +3,7 @@
 from math import atan2, pi, radians, sin, sqrt
 
 from ..clock import ticks_diff
-from ..mavlink.generated_messages import (
+from ..generated_enums import (
     KITE_VALID_AIRSPEED,
     KITE_VALID_AZIMUTH,
     KITE_VALID_COURSE,

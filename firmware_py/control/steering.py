@@ -5,7 +5,7 @@ J. H. Baayen, "Trajectory tracking control of kites with system delay" (2012), s
 
 from math import cos, pi, sin
 
-from ..mavlink.generated_messages import KITE_STATUS_AIRSPEED_FLOOR, KITE_STATUS_SATURATED, KITE_STATUS_SLEWED
+from ..generated_enums import KITE_STATUS_AIRSPEED_FLOOR, KITE_STATUS_SATURATED, KITE_STATUS_SLEWED
 from ..parameters.generated_parameters import (
     AIRSPEED_MIN,
     FF_GAIN,

@@ -7,7 +7,7 @@ its offset, which is found too, a steady turning that is not the steering's.
 
 from math import sin
 
-from ..mavlink.generated_messages import KITE_VALID_HEADING
+from ..generated_enums import KITE_VALID_HEADING
 from ..parameters.generated_parameters import AIRSPEED_MIN, GRAVITY_C, K_ADAPT, K_BOUND, TURN_K
 from .sphere import wrap
 

@@ -7,7 +7,7 @@ the course from positions COURSE_WINDOW apart.
 from math import pi
 
 from ..clock import ticks_diff
-from ..mavlink.generated_messages import KITE_VALID_AZIMUTH, KITE_VALID_ELEVATION
+from ..generated_enums import KITE_VALID_AZIMUTH, KITE_VALID_ELEVATION
 from .as5600 import STEPS
 
 _POSITION = KITE_VALID_AZIMUTH | KITE_VALID_ELEVATION

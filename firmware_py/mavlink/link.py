@@ -1,18 +1,10 @@
 """The firmware's one link: MAVLink frames over a transport of bytes."""
 
+from ..generated_enums import MAV_COMP_ID_AUTOPILOT1, MAV_COMP_ID_USER1, MAV_COMP_ID_USER2
 from .budget import LinkBudget
 from .decoder import Decoder
 from .encoder import LONGEST_FRAME, Encoder
-from .generated_messages import (
-    HIL_ACTUATOR_CONTROLS,
-    KITE_SENSORS,
-    KITE_STATE,
-    KITE_TICK,
-    KITE_TICK_END,
-    MAV_COMP_ID_AUTOPILOT1,
-    MAV_COMP_ID_USER1,
-    MAV_COMP_ID_USER2,
-)
+from .generated_messages import HIL_ACTUATOR_CONTROLS, KITE_SENSORS, KITE_STATE, KITE_TICK, KITE_TICK_END
 
 _DATAGRAM = 1120  # frames are gathered until they pass this size [bytes]; one more still fits a network packet
 _BYTES_AT_ONCE = 16384

@@ -2,7 +2,7 @@
 
 from math import radians
 
-from ..mavlink.generated_messages import (
+from ..generated_enums import (
     KITE_MODE_MANUAL,
     KITE_MODE_PARK,
     KITE_MODE_STANDBY,

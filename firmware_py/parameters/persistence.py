@@ -1,7 +1,7 @@
 """Keeps the parameters: on flash across a loss of power, in retained memory across a watchdog reset in flight."""
 
 from ..boards.interface import WATCHDOG
-from ..mavlink.generated_messages import MAV_SEVERITY_INFO, MAV_SEVERITY_WARNING
+from ..generated_enums import MAV_SEVERITY_INFO, MAV_SEVERITY_WARNING
 from .generated_parameters import COUNT, DEFAULTS
 from .retained import Recovery
 from .store import ParameterStore

@@ -1,6 +1,6 @@
 """The parameters' present values, and the rules by which a new one is taken or refused."""
 
-from ..mavlink.generated_messages import (
+from ..generated_enums import (
     MAV_PARAM_ERROR_DOES_NOT_EXIST,
     MAV_PARAM_ERROR_PERMISSION_DENIED,
     MAV_PARAM_ERROR_READ_ONLY,

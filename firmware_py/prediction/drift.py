@@ -7,7 +7,7 @@ tether. It turns past a kite that turns: M. Erhard and H. Strauch, "Control of t
 
 from math import atan2, cos, sin, sqrt
 
-from ..mavlink.generated_messages import KITE_VALID_AIRSPEED, KITE_VALID_HEADING
+from ..generated_enums import KITE_VALID_AIRSPEED, KITE_VALID_HEADING
 
 _NEEDED = KITE_VALID_AIRSPEED | KITE_VALID_HEADING
 _SMOOTHING = 4.0  # of the wind, so that it is no gust's [s]

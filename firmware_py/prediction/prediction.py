@@ -10,7 +10,7 @@ from math import atan2, sin
 
 from ..clock import ticks_diff
 from ..control.sphere import TangentFrame, wrap
-from ..mavlink.generated_messages import KITE_VALID_STEERING
+from ..generated_enums import KITE_VALID_STEERING
 from ..parameters.generated_parameters import (
     AIRSPEED_MIN,
     COURSE_WINDOW,

@@ -1,7 +1,6 @@
 """Commands: each copy that comes is acknowledged to whoever sent it, and a copy changes nothing that the first did."""
 
-from ..mavlink.generated_messages import (
-    COMMAND_ACK,
+from ..generated_enums import (
     KITE_MODE_TRACK,
     MAV_CMD_COMPONENT_ARM_DISARM,
     MAV_CMD_DO_SET_MODE,
@@ -15,6 +14,7 @@ from ..mavlink.generated_messages import (
     MAV_RESULT_UNSUPPORTED,
     MAV_SEVERITY_WARNING,
 )
+from ..mavlink.generated_messages import COMMAND_ACK
 from .acknowledgements import Acknowledgements
 from .inbox import ORDERED
 from .message_requests import MessageRequests

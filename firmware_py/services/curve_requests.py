@@ -1,7 +1,8 @@
 """Requests that wait until the target curve has been checked, which takes several ticks, while others go past."""
 
 from ..control.figure_eight import CURVE_PARAMETERS, CurveCheck
-from ..mavlink.generated_messages import KITE_VALID_DISTANCE, PARAM_SET
+from ..generated_enums import KITE_VALID_DISTANCE
+from ..mavlink.generated_messages import PARAM_SET
 from ..parameters.generated_parameters import LINE_LENGTH, TURN_K
 from ..parameters.values import UNKNOWN
 from .inbox import first_of_another, sender_of

@@ -1,17 +1,19 @@
 """Answers what ground stations ask: parameters, commands, time, files."""
 
-from ..mavlink.generated_messages import (
-    COMMAND_INT,
-    COMMAND_LONG,
-    HEARTBEAT,
+from ..generated_enums import (
     KITE_MODE_MANUAL,
-    MANUAL_CONTROL,
     MAV_CMD_COMPONENT_ARM_DISARM,
     MAV_CMD_DO_SET_MODE,
     MAV_RESULT_ACCEPTED,
     MAV_RESULT_TEMPORARILY_REJECTED,
     MAV_SEVERITY_WARNING,
     MAV_TYPE_GCS,
+)
+from ..mavlink.generated_messages import (
+    COMMAND_INT,
+    COMMAND_LONG,
+    HEARTBEAT,
+    MANUAL_CONTROL,
     MISSION_COUNT,
     MISSION_REQUEST_LIST,
     PARAM_REQUEST_LIST,

@@ -7,8 +7,7 @@ the session's end, and stations do not disturb each other. https://mavlink.io/en
 
 import struct
 
-from ..mavlink.generated_messages import (
-    FILE_TRANSFER_PROTOCOL,
+from ..generated_enums import (
     MAV_FTP_ERR_EOF,
     MAV_FTP_ERR_FILENOTFOUND,
     MAV_FTP_ERR_INVALIDSESSION,
@@ -23,6 +22,7 @@ from ..mavlink.generated_messages import (
     MAV_FTP_OPCODE_RESETSESSION,
     MAV_FTP_OPCODE_TERMINATESESSION,
 )
+from ..mavlink.generated_messages import FILE_TRANSFER_PROTOCOL
 from .generated_metadata import FILES
 
 _HEADER = "<HBBBBBBI"  # sequence, session, opcode, size, opcode asked, burst complete, padding, offset

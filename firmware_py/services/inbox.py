@@ -1,20 +1,22 @@
 """Where received messages wait for the control loop: the newest sample, the lockstep tick, and bounded queues."""
 
 from ..clock import ticks_diff
+from ..generated_enums import (
+    KITE_MODE_PARK,
+    KITE_MODE_STANDBY,
+    MAV_CMD_COMPONENT_ARM_DISARM,
+    MAV_CMD_DO_SET_MODE,
+    MAV_CMD_PREFLIGHT_STORAGE,
+    MAV_CMD_SET_MESSAGE_INTERVAL,
+)
 from ..mavlink.generated_messages import (
     COMMAND_INT,
     COMMAND_LONG,
     FILE_TRANSFER_PROTOCOL,
     HEARTBEAT,
-    KITE_MODE_PARK,
-    KITE_MODE_STANDBY,
     KITE_SENSORS,
     KITE_TICK,
     MANUAL_CONTROL,
-    MAV_CMD_COMPONENT_ARM_DISARM,
-    MAV_CMD_DO_SET_MODE,
-    MAV_CMD_PREFLIGHT_STORAGE,
-    MAV_CMD_SET_MESSAGE_INTERVAL,
     MISSION_REQUEST_LIST,
     PARAM_REQUEST_LIST,
     PARAM_REQUEST_READ,

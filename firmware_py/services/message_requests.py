@@ -1,12 +1,6 @@
 """What a ground station may ask to be told, once or regularly: REQUEST_MESSAGE and message intervals."""
 
-from ..mavlink.generated_messages import (
-    AUTOPILOT_VERSION,
-    AVAILABLE_MODES,
-    AVAILABLE_MODES_MONITOR,
-    COMPONENT_METADATA,
-    CONTRACT_HASH,
-    CURRENT_MODE,
+from ..generated_enums import (
     KITE_MODE_MANUAL,
     KITE_MODE_STANDBY,
     MAV_MODE_PROPERTY_ADVANCED,
@@ -19,6 +13,14 @@ from ..mavlink.generated_messages import (
     MAV_RESULT_DENIED,
     MAV_RESULT_TEMPORARILY_REJECTED,
     MAV_RESULT_UNSUPPORTED,
+)
+from ..mavlink.generated_messages import (
+    AUTOPILOT_VERSION,
+    AVAILABLE_MODES,
+    AVAILABLE_MODES_MONITOR,
+    COMPONENT_METADATA,
+    CONTRACT_HASH,
+    CURRENT_MODE,
     MESSAGE_INTERVAL,
     MESSAGES,
 )

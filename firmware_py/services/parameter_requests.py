@@ -1,15 +1,14 @@
 """Parameters on the wire: listed at a pace that a link carries, read by name or index, set or refused."""
 
 from ..control.figure_eight import CURVE_PARAMETERS
-from ..mavlink.generated_messages import (
+from ..generated_enums import (
     KITE_MODE_TRACK,
     MAV_PARAM_ERROR_DOES_NOT_EXIST,
     MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE,
     MAV_PARAM_TYPE_REAL32,
     MAV_SEVERITY_WARNING,
-    PARAM_ERROR,
-    PARAM_VALUE,
 )
+from ..mavlink.generated_messages import PARAM_ERROR, PARAM_VALUE
 from ..parameters.generated_parameters import COUNT, NAMES
 from ..parameters.values import UNKNOWN
 

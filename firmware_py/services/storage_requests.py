@@ -1,6 +1,6 @@
 """MAV_CMD_PREFLIGHT_STORAGE: a ground station reads, writes and resets what is on flash."""
 
-from ..mavlink.generated_messages import (
+from ..generated_enums import (
     MAV_RESULT_ACCEPTED,
     MAV_RESULT_DENIED,
     MAV_RESULT_FAILED,

@@ -3,14 +3,10 @@
 from math import cos, sin
 
 from ..clock import ticks_add, ticks_diff
-from ..mavlink.generated_messages import (
-    CURRENT_MODE,
-    HEARTBEAT,
+from ..generated_enums import (
     KITE_MODE_STANDBY,
-    KITE_STATE,
     KITE_STATUS_COASTING,
     KITE_STATUS_STALE,
-    LOCAL_POSITION_NED,
     MAV_AUTOPILOT_GENERIC,
     MAV_MODE_FLAG_CUSTOM_MODE_ENABLED,
     MAV_MODE_FLAG_SAFETY_ARMED,
@@ -18,6 +14,12 @@ from ..mavlink.generated_messages import (
     MAV_STATE_CRITICAL,
     MAV_STATE_STANDBY,
     MAV_TYPE_KITE,
+)
+from ..mavlink.generated_messages import (
+    CURRENT_MODE,
+    HEARTBEAT,
+    KITE_STATE,
+    LOCAL_POSITION_NED,
     NAMED_VALUE_FLOAT,
     STATUSTEXT,
     SYS_STATUS,

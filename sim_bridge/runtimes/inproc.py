@@ -4,17 +4,10 @@ import struct
 from typing import Any
 
 from firmware_py.autopilot import Autopilot
+from firmware_py.generated_enums import MAV_COMP_ID_AUTOPILOT1, MAV_COMP_ID_USER1
 from firmware_py.mavlink.budget import LinkBudget
 from firmware_py.mavlink.encoder import LONGEST_FRAME, Encoder
-from firmware_py.mavlink.generated_messages import (
-    HEARTBEAT,
-    HIL_ACTUATOR_CONTROLS,
-    KITE_SENSORS,
-    KITE_STATE,
-    MAV_COMP_ID_AUTOPILOT1,
-    MAV_COMP_ID_USER1,
-    MESSAGES,
-)
+from firmware_py.mavlink.generated_messages import HEARTBEAT, HIL_ACTUATOR_CONTROLS, KITE_SENSORS, KITE_STATE, MESSAGES
 from sim_bridge.equipment.sensors import Sample
 from sim_bridge.links.wire import BRIDGE_COMPONENT, BRIDGE_SYSTEM
 from sim_bridge.runtimes.interface import LEAD_IN_S, Message, TickOutput, clock_us

@@ -4,7 +4,7 @@ import pytest
 
 from firmware_py.boards import light
 from firmware_py.boards.light import StatusLight
-from firmware_py.mavlink.generated_messages import KITE_MODE_MANUAL, KITE_MODE_PARK, KITE_MODE_STANDBY, KITE_MODE_TRACK
+from firmware_py.generated_enums import KITE_MODE_MANUAL, KITE_MODE_PARK, KITE_MODE_STANDBY, KITE_MODE_TRACK
 
 SLOT_US = 1 << 17
 ROUND_US = 16 * SLOT_US

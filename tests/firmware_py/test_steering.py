@@ -10,11 +10,7 @@ from hypothesis import strategies as st
 
 from firmware_py.control.estimator import Estimator
 from firmware_py.control.steering import Steering
-from firmware_py.mavlink.generated_messages import (
-    KITE_STATUS_AIRSPEED_FLOOR,
-    KITE_STATUS_SATURATED,
-    KITE_STATUS_SLEWED,
-)
+from firmware_py.generated_enums import KITE_STATUS_AIRSPEED_FLOOR, KITE_STATUS_SATURATED, KITE_STATUS_SLEWED
 from protocol.parameter_table import load_parameters
 
 PERIOD_S = 0.02

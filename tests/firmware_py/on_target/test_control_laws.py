@@ -2,16 +2,16 @@
 
 from math import atan2, cos, pi, sin
 
+from firmware_py import generated_enums as enums
 from firmware_py.control.estimator import Estimator
 from firmware_py.control.figure_eight import CurveCheck, FigureEight
 from firmware_py.control.guidance import Guidance
 from firmware_py.control.sphere import TangentFrame, wrap
 from firmware_py.control.steering import Steering
-from firmware_py.mavlink import generated_messages as wire
 from firmware_py.parameters import generated_parameters as table
 from firmware_py.parameters.values import Parameters
 
-_POSITION = wire.KITE_VALID_AZIMUTH | wire.KITE_VALID_ELEVATION | wire.KITE_VALID_AIRSPEED
+_POSITION = enums.KITE_VALID_AZIMUTH | enums.KITE_VALID_ELEVATION | enums.KITE_VALID_AIRSPEED
 
 
 def values_with(*changes):
@@ -94,7 +94,7 @@ def test_steering_follows_the_law_and_stays_within_its_limits():
     steering.follow(0.6, 0.0, kite, 0.02)
     assert near(steering.asked, 2.0 * 0.5 / (0.25 * 20.0))
     steering.follow(3.0, 0.0, kite, 0.02)
-    assert steering.asked == 0.5 and steering.status & wire.KITE_STATUS_SATURATED
+    assert steering.asked == 0.5 and steering.status & enums.KITE_STATUS_SATURATED
     kite.course = 3.0
     steering.follow(-3.0, 0.0, kite, 0.02)  # the short way round
     assert steering.asked > 0.0
@@ -131,7 +131,7 @@ def test_the_course_comes_from_positions_and_bad_samples_change_nothing():
     before = (kite.course, kite.azimuth, kite.elevation)
     now = 30 * 20000
     for bad in (sample(now, float("nan"), 0.5), sample(now, 2.0, 0.5), sample(now - 60000, -0.1, 0.5),
-                sample(now, -0.1, 0.5, wire.KITE_VALID_AZIMUTH)):
+                sample(now, -0.1, 0.5, enums.KITE_VALID_AZIMUTH)):
         kite.wait(20000)
         assert not kite.take(bad, 0.0)
     assert kite.dropped == 4 and (kite.course, kite.azimuth, kite.elevation) == before

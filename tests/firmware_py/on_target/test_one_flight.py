@@ -3,6 +3,7 @@
 import struct
 from math import cos, pi, sin
 
+from firmware_py import generated_enums as enums
 from firmware_py.autopilot import Autopilot
 from firmware_py.loop import step_lockstep
 from firmware_py.mavlink import generated_messages as wire
@@ -10,7 +11,7 @@ from firmware_py.mavlink.decoder import Decoder
 from firmware_py.mavlink.encoder import Encoder
 from firmware_py.mavlink.link import MavlinkLink
 
-_VALID = wire.KITE_VALID_AZIMUTH | wire.KITE_VALID_ELEVATION | wire.KITE_VALID_DISTANCE | wire.KITE_VALID_COURSE
+_VALID = enums.KITE_VALID_AZIMUTH | enums.KITE_VALID_ELEVATION | enums.KITE_VALID_DISTANCE | enums.KITE_VALID_COURSE
 
 
 class Pair:
@@ -65,10 +66,10 @@ def test_it_arms_tracks_and_steers_to_the_side_of_its_target():
     autopilot = Autopilot(MavlinkLink(pair), True)
     fly(pair, autopilot, 20, 0, 0.0)
     fly(pair, autopilot, 20, 20, 0.0, [
-        command(wire.MAV_CMD_COMPONENT_ARM_DISARM, 1.0, 0.0), command(wire.MAV_CMD_DO_SET_MODE, 1.0, 3.0)])
+        command(enums.MAV_CMD_COMPONENT_ARM_DISARM, 1.0, 0.0), command(enums.MAV_CMD_DO_SET_MODE, 1.0, 3.0)])
     results = [(values[0], values[1]) for values in pair.of(wire.COMMAND_ACK)]
-    assert results == [(wire.MAV_CMD_COMPONENT_ARM_DISARM, 0), (wire.MAV_CMD_DO_SET_MODE, 0)], results
-    assert autopilot.modes.mode == wire.KITE_MODE_TRACK
+    assert results == [(enums.MAV_CMD_COMPONENT_ARM_DISARM, 0), (enums.MAV_CMD_DO_SET_MODE, 0)], results
+    assert autopilot.modes.mode == enums.KITE_MODE_TRACK
     target = autopilot.target_course
     for offset in (-1.0, 1.0):
         course = target - offset

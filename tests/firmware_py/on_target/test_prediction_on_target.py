@@ -2,10 +2,10 @@
 
 from math import cos, pi, sin, sqrt
 
+from firmware_py import generated_enums as enums
 from firmware_py.control.estimator import Estimator
 from firmware_py.control.gain_schedule import GainSchedule
 from firmware_py.control.turn_k_estimate import TurnKEstimate
-from firmware_py.mavlink import generated_messages as wire
 from firmware_py.parameters import generated_parameters as table
 from firmware_py.parameters.values import Parameters
 from firmware_py.prediction.prediction import Prediction
@@ -106,7 +106,7 @@ def test_the_turning_rate_constant_is_found():
     estimate = TurnKEstimate()
     estimate.load(values_with((table.TURN_K, 0.25)))
     kite = Estimator()
-    kite.valid = wire.KITE_VALID_HEADING
+    kite.valid = enums.KITE_VALID_HEADING
     kite.airspeed = 20.0
     kite.interval = 0.02
     angle = 0.0
