@@ -3,7 +3,7 @@
 from .clock import ticks_since
 from .control.estimator import Estimator
 from .control.figure_eight import FigureEight
-from .control.gain_schedule import GainSchedule
+from .control.gains import Gains
 from .control.guidance import Guidance
 from .control.sphere import wrap
 from .control.steering import Steering
@@ -48,7 +48,7 @@ class Autopilot:
         self.steering = Steering()
         self.history = SteeringHistory()
         self.prediction = Prediction(self.history)
-        self.gains = GainSchedule()
+        self.gains = Gains()
         self.turn_k = TurnKEstimate()
         self.telemetry = Telemetry(link, self)
         self.modes = ModeMachine(self.parameters, self.kite, self.telemetry.say)
@@ -78,7 +78,7 @@ class Autopilot:
             self._load_parameters()
         missing = self.kite.wait(elapsed_us)  # a gap that ends in this tick was one all the same
         sample = self.inbox.take_sample()
-        fresh = sample is not None and self.kite.take(sample, self.steering.asked)
+        fresh = sample is not None and self.kite.take(sample, self.steering.asked, self.gains.turn_k)
         self.modes.update(elapsed_us, missing, fresh)
         if fresh:
             self._learn(now)
@@ -111,10 +111,10 @@ class Autopilot:
         values = self.parameters.values
         for config in (
             self.curve, self.kite.config, self.guidance.config, self.steering.config, self.prediction.config,
-            self.history, self.gains, self.turn_k,
+            self.history, self.turn_k,
         ):
             config.load(values)
-        self._adapt()
+        self.gains.load(values, self.turn_k)
         self.period_us = int(1000000 / values[LOOP_HZ])
         self.link.set_system(int(values[SYSTEM_ID]))
         self._loaded = self.parameters.version
@@ -123,34 +123,25 @@ class Autopilot:
         """Let what adapts in flight see a new sample."""
         self.prediction.note_sample(self.kite, now)
         self.turn_k.take(self.kite, self.prediction.steering_at_sample(self.kite, now))
-        self.gains.update(self.kite)
-        self._adapt()
-
-    def _adapt(self):
-        """Put what was found in flight in the parameters' place, where that is asked for."""
-        if self.turn_k.in_use:
-            turn_k = self.turn_k.value
-            self.steering.config.turn_k = self.prediction.config.turn_k = self.kite.config.turn_k = turn_k
-        if self.gains.known:
-            self.steering.config.gain_p = self.gains.gain_p
-            self.guidance.config.gain_l = self.gains.gain_l
+        self.gains.update(self.kite, self.turn_k)
 
     def _steer(self, fresh, now):
         kite = self.kite
+        gains = self.gains
         mode = self.modes.mode
         dt = self.period_us * 1e-6
         predicted = self.prediction.config.delay_us and not self.modes.stale and mode in _STEERED
         if predicted:
             kite = self.prediction
-            kite.update(self.kite, now)
+            kite.update(self.kite, now, gains.turn_k)
         if fresh:
             self.guidance.scan(self.kite.frame, self.kite.course)
         if mode != KITE_MODE_TRACK or self.modes.stale:
             self.guidance.stop()
         elif predicted:
-            self.guidance.step_exactly(kite)
+            self.guidance.step_exactly(kite, gains)
         elif fresh or not self.guidance.running:
-            self.guidance.step(self.kite.frame, self.kite.interval)
+            self.guidance.step(self.kite.frame, gains, self.kite.interval)
         if mode == KITE_MODE_MANUAL:
             self.target_course = kite.course
             self.steering.hold(self.modes.manual_steering, dt)
@@ -159,9 +150,9 @@ class Autopilot:
             self.steering.release()
         elif mode == KITE_MODE_PARK:
             self.target_course = 0.0  # straight up, towards the zenith
-            self.steering.follow(0.0, 0.0, kite, dt)
+            self.steering.follow(0.0, 0.0, kite, gains, dt)
         else:
             self.target_course = self.guidance.target_course
-            self.steering.follow(self.target_course, self.guidance.target_rate, kite, dt)
+            self.steering.follow(self.target_course, self.guidance.target_rate, kite, gains, dt)
         if predicted:  # what is told goes with the sample: the error is the one that was steered by
             self.target_course = wrap(self.kite.course + self.steering.error)

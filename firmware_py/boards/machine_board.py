@@ -3,11 +3,11 @@
 The board modules (rp2_board.py, esp32_board.py) add what differs: retained memory, the cause of a reset, names.
 """
 
+from ..boards.file_storage import FileStorage
 from ..clock import MASK
 from ..drivers.as5600 import As5600
 from ..drivers.line_angles import Axis, LineAngles
 from ..drivers.servo import PERIOD_US, Servo
-from ..parameters.file_storage import FileStorage
 from .interface import NoWatchdog
 from .light import StatusLight
 from .settings import LINE_ANGLES, WIFI

@@ -2,8 +2,8 @@
 
 import time
 
+from ..boards.file_storage import FileStorage
 from ..clock import MASK, ticks_diff
-from ..parameters.file_storage import FileStorage
 from .interface import POWER_ON, NoLight, NoWatchdog
 
 

@@ -21,7 +21,6 @@ from ..parameters.generated_parameters import (
     LINE_LENGTH,
     SPEED_MIN,
     STALE_TIME,
-    TURN_K,
 )
 from .sphere import TangentFrame, wrap
 
@@ -50,7 +49,6 @@ class EstimatorConfig:
         self.line_length = 0.0
         self.speed_min = 0.0
         self.stale_us = 0
-        self.turn_k = 0.0
 
     def load(self, values):
         """Take the parameters over from their `values`."""
@@ -61,7 +59,6 @@ class EstimatorConfig:
         self.line_length = values[LINE_LENGTH]
         self.speed_min = values[SPEED_MIN]
         self.stale_us = int(values[STALE_TIME] * 1e6)
-        self.turn_k = values[TURN_K]
 
 
 class Estimator:
@@ -120,10 +117,12 @@ class Estimator:
             self._stale = True
         return self._stale
 
-    def take(self, sample, asked):
-        """Use `sample` (values of KITE_SENSORS), which has just arrived; `asked` is the steering last asked for.
+    def take(self, sample, asked, turn_k):
+        """Use `sample` (values of KITE_SENSORS), which has just arrived.
 
-        Returns True if the sample was accepted, False if it was dropped, and counts that.
+        The steering last `asked` for stands in where the sample has no actual one; `turn_k` [rad/m] turns the course of
+        a kite that is too slow for its course to be measured. Returns True if the sample was accepted, False if it was
+        dropped, and counts that.
         """
         fresh_start = self._stale
         interval = 0.0 if fresh_start else ticks_diff(sample[0], self.sample_time) * 1e-6
@@ -140,7 +139,7 @@ class Estimator:
         self.interval = interval
         self._copy(sample, asked)
         self._remember()
-        self._update_course(sample[4], fresh_start)
+        self._update_course(sample[4], fresh_start, turn_k)
         return True
 
     def sphere_speed(self):
@@ -219,7 +218,7 @@ class Estimator:
         self._history[self._count % _HISTORY] = (self.sample_time, frame.x, frame.y, frame.z)
         self._count += 1
 
-    def _update_course(self, measured, fresh_start):
+    def _update_course(self, measured, fresh_start, turn_k):
         """Turning angle from the source that the parameter names and the sample has."""
         self._measure_chord()
         source = self.config.course_source
@@ -233,7 +232,7 @@ class Estimator:
         if source == _FROM_COURSE and self.valid & KITE_VALID_COURSE and not self.coasting:
             self.course = measured
         elif self.coasting:
-            rate = self.config.turn_k * self.airspeed * self.steering
+            rate = turn_k * self.airspeed * self.steering
             self.course = wrap(self.course + rate * self.interval)
         elif self._count > 1:
             self.course = wrap(self._chord + 0.5 * self._span * self._turning)

@@ -5,7 +5,7 @@ J. H. Baayen, "Trajectory tracking control of kites with system delay" (2012), s
 
 from math import atan, atan2, cos, pi, sin, sqrt
 
-from ..parameters.generated_parameters import FF_FILTER, OUTER_L
+from ..parameters.generated_parameters import FF_FILTER
 from .sphere import wrap
 
 _ITERATIONS = 5
@@ -19,15 +19,13 @@ _COURSE_WEIGHT = 0.2  # how much flying the right way counts beside being near, 
 
 
 class GuidanceConfig:
-    """Settings of the outer loop: gain `l`, `filter_time` [s] of the target's rate."""
+    """Settings of the outer loop: `filter_time` [s] of the target's rate."""
 
     def __init__(self):
-        self.gain_l = 0.0
         self.filter_time = 0.0
 
     def load(self, values):
         """Take the parameters over from their `values`."""
-        self.gain_l = values[OUTER_L]
         self.filter_time = values[FF_FILTER]
 
 
@@ -80,13 +78,13 @@ class Guidance:
             self._scan_index = 0
             self._scan_best = -9.0
 
-    def step(self, frame, dt):
-        """Update the target for the kite at `frame`, `dt` [s] after the step before."""
+    def step(self, frame, gains, dt):
+        """Update the target for the kite at `frame`, `dt` [s] after the step before, with the `gains`."""
         followed = self.running
         self._close = _CLOSE_ENOUGH
         before = self.target_course
         point = self._find(frame)
-        self._aim(frame, point)
+        self._aim(frame, point, gains.gain_l)
         if not (followed and self.running) or dt <= 0.0:
             self.target_rate = 0.0
         elif not self._exact:  # else the step before was at another place, and its rate holds
@@ -96,7 +94,7 @@ class Guidance:
         self._pace = 0.0
         self.running = True
 
-    def step_exactly(self, kite):
+    def step_exactly(self, kite, gains):
         """Update the target for a predicted `kite`, each tick; the target's rate is then no difference."""
         before = self.path_parameter
         self.path_parameter = before + self._pace  # so near that the search has little to do
@@ -104,12 +102,12 @@ class Guidance:
         same = self.running
         point = self._find(kite.frame)
         self._pace = wrap(self.path_parameter - before) if same and self.running else 0.0
-        self._aim(kite.frame, point)
+        self._aim(kite.frame, point, gains.gain_l)
         self.running = True
-        self.target_rate = self._turning(kite)
+        self.target_rate = self._turning(kite, gains.gain_l)
         self._exact = True
 
-    def _turning(self, kite):
+    def _turning(self, kite, gain):
         """Turning rate [rad/s], beyond the meridians', that keeps the turning-angle error as it is.
 
         With the curve `-side` to the left of the kite's, chi the course against it and v the speed: the curve's
@@ -120,7 +118,6 @@ class Guidance:
         cosine = self._cosine
         curvature = self.curve.direction * self.curve.geodesic_curvature(self.path_parameter)
         chi = kite.course - self._along
-        gain = self.config.gain_l
         slope = gain * side
         parallel = (curvature * cosine - side) / max(_LEAST_SHARE, cosine + curvature * side)
         return kite.speed * (cos(chi) * parallel - sin(chi) * gain * cosine / (1.0 + slope * slope))
@@ -172,7 +169,7 @@ class Guidance:
         other = self.curve.at(self._candidate)
         return frame.distance_to(other[0], other[1], other[2]) < 0.7 * distance
 
-    def _aim(self, frame, point):
+    def _aim(self, frame, point, gain):
         """Target turning angle: T + L (t . gamma_t) t, with T the curve's tangent carried to the kite."""
         x, y, z, dx, dy, dz = point
         scale = self.curve.direction / sqrt(dx * dx + dy * dy + dz * dz)
@@ -187,6 +184,6 @@ class Guidance:
         self._along = atan2(tangent_across, tangent_up)
         self._side = side
         self._cosine = cosine
-        self.target_course = wrap(self._along + atan(self.config.gain_l * side))
+        self.target_course = wrap(self._along + atan(gain * side))
         distance = atan2(sqrt(up * up + across * across), cosine)
         self.cross_track = distance if side >= 0.0 else -distance

@@ -10,10 +10,8 @@ from ..parameters.generated_parameters import (
     AIRSPEED_MIN,
     FF_GAIN,
     GRAVITY_C,
-    INNER_P,
     STEER_MAX,
     STEER_RATE,
-    TURN_K,
     TURN_OFFSET,
 )
 from .sphere import wrap
@@ -23,9 +21,7 @@ class SteeringConfig:
     """Settings of the inner loop; see parameters.toml for units."""
 
     def __init__(self):
-        self.gain_p = 0.0
         self.feed_forward = 0.0
-        self.turn_k = 1.0
         self.turn_offset = 0.0
         self.gravity_c = 0.0
         self.airspeed_min = 1.0
@@ -34,9 +30,7 @@ class SteeringConfig:
 
     def load(self, values):
         """Take the parameters over from their `values`."""
-        self.gain_p = values[INNER_P]
         self.feed_forward = values[FF_GAIN]
-        self.turn_k = values[TURN_K]
         self.turn_offset = values[TURN_OFFSET]
         self.gravity_c = values[GRAVITY_C]
         self.airspeed_min = values[AIRSPEED_MIN]
@@ -53,7 +47,7 @@ class Steering:
         self.error = 0.0  # turning-angle error [rad]
         self.status = 0
 
-    def follow(self, target_course, target_rate, kite, dt):
+    def follow(self, target_course, target_rate, kite, gains, dt):
         """Steer the `kite` (an estimate) towards `target_course` [rad], which turns at `target_rate` [rad/s].
 
         u = (n (FF_GAIN d(theta_t)/dt + P wrap(theta_t - theta)) - gravity - offset) / (K Va), with n the kite's
@@ -70,12 +64,12 @@ class Steering:
         own = 0.0  # turning by gravity
         if config.gravity_c:
             own = config.gravity_c / airspeed * sin(kite.heading) * cos(kite.elevation)
-        full = config.turn_k * airspeed
+        full = gains.turn_k * airspeed
         if kite.turning_slew:
             needed = kite.turning_ratio * rate - config.turn_offset - own
             most = full * config.limit
             error -= _still_turning(kite, max(-most, min(most, needed)))
-        rate += config.gain_p * error
+        rate += gains.gain_p * error
         rate = kite.turning_ratio * rate - config.turn_offset - own
         self._limit(rate / full, dt)
 

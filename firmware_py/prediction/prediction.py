@@ -19,7 +19,6 @@ from ..parameters.generated_parameters import (
     PRED_DELAY,
     PRED_RATE,
     STALE_TIME,
-    TURN_K,
     TURN_OFFSET,
 )
 from .body_rotation import BodyRotation
@@ -40,7 +39,6 @@ class PredictionConfig:
         self.delay_us = 0
         self.period_us = 20000
         self.stale_us = 0
-        self.turn_k = 0.0
         self.turn_offset = 0.0
         self.gravity_c = 0.0
         self.airspeed_min = 1.0
@@ -52,7 +50,6 @@ class PredictionConfig:
         self.delay_us = int(values[PRED_DELAY] * 1e6 + 0.5)
         self.period_us = int(1000000 / values[LOOP_HZ])
         self.stale_us = int(values[STALE_TIME] * 1e6)
-        self.turn_k = values[TURN_K]
         self.turn_offset = values[TURN_OFFSET]
         self.gravity_c = values[GRAVITY_C]
         self.airspeed_min = values[AIRSPEED_MIN]
@@ -116,14 +113,14 @@ class Prediction:
         self._find_sample(kite, now)
         return self._history.position / ONE
 
-    def update(self, kite, now):
-        """Predict from the newest sample of the `kite`, an estimate."""
+    def update(self, kite, now, turn_k):
+        """Predict from the newest sample of the `kite`, an estimate, that turns by K = `turn_k` [rad/m]."""
         if not self._followed:  # just switched on, and no sample since
             self.note_sample(kite, now)
         lead, ticks = self._find_sample(kite, now)
         drift = self._drift
         drift.begin(kite)
-        turned = self._fly(kite, lead, ticks)
+        turned = self._fly(kite, lead, ticks, turn_k)
         frame = self.frame
         self.heading = self._rotation.carry(kite.frame, kite.heading, frame)
         self.elevation = atan2(frame.z, frame.e1z)
@@ -146,14 +143,14 @@ class Prediction:
         self._history.begin(ticks, lead, measured)
         return lead, ticks - 1 if lead else ticks
 
-    def _fly(self, kite, lead, ticks):
+    def _fly(self, kite, lead, ticks, turn_k):
         """Rotate over the arcs from the sample on; return the turning [rad]."""
         config = self.config
         history = self._history
         rotation = self._rotation
         drift = self._drift
         period = config.period_us * 1e-6
-        full = config.turn_k * self.airspeed  # turning rate of full steering
+        full = turn_k * self.airspeed  # turning rate of full steering
         unit = full * period / ONE
         bent = unit * period
         arcs = max(1, min(_ARCS, ticks, 1 + int(unit * history.saturation * ticks / _ARC_TURN)))
@@ -178,7 +175,7 @@ class Prediction:
             sideways = drift.sideways
             rotation.turn(turn, forward * bend - sideways * length, forward * length + sideways * bend)
             turned += turn
-        full = config.turn_k * airspeed  # with the airspeed that is steered by
+        full = turn_k * airspeed  # with the airspeed that is steered by
         self.steered_turning = full * history.position / ONE
         self.turning_slew = full * config.rate_limit
         return turned

@@ -6,7 +6,9 @@ import numpy as np
 from hypothesis import strategies as st
 
 from firmware_py.control.figure_eight import FigureEight
+from firmware_py.control.gains import Gains
 from firmware_py.control.sphere import TangentFrame
+from firmware_py.control.turn_k_estimate import TurnKEstimate
 from firmware_py.parameters.generated_parameters import DEFAULTS
 from kite_analysis.figure_eight import TargetEight
 from protocol.parameter_table import load_parameters
@@ -52,3 +54,9 @@ def flyable(draw) -> dict[str, float]:
         "EIGHT_HALF_H": width * draw(st.floats(0.2, 0.4)), "EIGHT_ELEVATION": draw(st.floats(32.0, 50.0)),
         "EIGHT_DIRECTION": draw(st.sampled_from([-1.0, 1.0]))}
 
+
+def gains(**changed: float) -> Gains:
+    """The gains of these parameters, the others at their default, before any sample."""
+    made = Gains()
+    made.load(parameters(**changed), TurnKEstimate())
+    return made

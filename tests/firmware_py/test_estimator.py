@@ -26,7 +26,7 @@ class Clocked(Estimator):
 
     def take_at(self, taken: tuple, now: int, asked: float) -> bool:
         self.stale_at(now)
-        return self.take(taken, asked)
+        return self.take(taken, asked, 0.25)
 
     def stale_at(self, now: int) -> bool:
         elapsed_us, self._now = (now - self._now) % WRAP_US, now
@@ -283,7 +283,7 @@ def test_a_change_of_source_in_flight_is_smooth():
 
 def test_too_slow_to_see_a_course_the_turning_rate_law_carries_it_on():
     """A kite at rest, steering 0.1: it turns by K Va u = 0.5 rad/s, over the wrap of the angle too."""
-    kite = estimator(COURSE_SOURCE=0.0, SPEED_MIN=1.0, TURN_K=0.25)
+    kite = estimator(COURSE_SOURCE=0.0, SPEED_MIN=1.0)
     valid = POSITION | COURSE | AIRSPEED
     kite.take_at(sample(0, course=3.0, valid=valid), 0, 0.1)
     assert (kite.course, kite.coasting) == (3.0, False)

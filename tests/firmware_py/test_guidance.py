@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from eights import beside, eight, flyable, frame_at, parameters
+from eights import beside, eight, flyable, frame_at, gains, parameters
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from firmware_py.control.figure_eight import FigureEight
 from firmware_py.control.guidance import Guidance
 from firmware_py.control.sphere import wrap
 from kite_analysis.figure_eight import TargetEight, great_circle_distance
@@ -18,19 +19,32 @@ SPEED = 0.2  # of the kite, across the sphere [1/s]
 LEFT, RIGHT = 1.0, -1.0  # sides of the curve, seen along its direction of flight from the ground outwards
 
 
-def guidance_for(**shape: float) -> tuple[Guidance, TargetEight]:
+class OuterLoop(Guidance):
+    """The outer loop with the gains of parameters."""
+
+    def __init__(self, curve: FigureEight, **changed: float):
+        super().__init__(curve)
+        self.config.load(parameters(**changed))
+        self._gains = gains(**changed)
+
+    def at(self, frame, dt: float = PERIOD_S) -> None:
+        self.step(frame, self._gains, dt)
+
+    def exactly_at(self, kite) -> None:
+        self.step_exactly(kite, self._gains)
+
+
+def guidance_for(**shape: float) -> tuple[OuterLoop, TargetEight]:
     """The outer loop for an eight, and numpy's eight of the same shape."""
     curve, numpy_eight = eight(**shape)
-    guidance = Guidance(curve)
-    guidance.config.load(parameters(**shape))
-    return guidance, numpy_eight
+    return OuterLoop(curve, **shape), numpy_eight
 
 
-def settled_at(guidance: Guidance, position, s: float, steps: int = 3) -> None:
+def settled_at(guidance: OuterLoop, position, s: float, steps: int = 3) -> None:
     """Let the search run at a standing kite, from the strand at `s`."""
     guidance.path_parameter = s
     for _ in range(steps):
-        guidance.step(frame_at(position), PERIOD_S)
+        guidance.at(frame_at(position))
 
 
 def angle_between(first: float, second: float) -> float:
@@ -76,7 +90,7 @@ def test_the_crossing_is_flown_on_one_strand(direction, crossing, offset_deg):
     for s in path:
         position = beside(numpy_eight, s, math.radians(offset_deg))
         guidance.scan(frame_at(position), float(numpy_eight.course(np.array([s]))[0]))
-        guidance.step(frame_at(position), PERIOD_S)
+        guidance.at(frame_at(position))
         assert angle_between(guidance.path_parameter, s) < 0.05
         anywhere, _ = numpy_eight.nearest(position[np.newaxis])
         nearer_elsewhere += angle_between(float(anywhere[0]), s) > 0.5
@@ -95,7 +109,7 @@ def test_a_kite_that_goes_where_it_is_told_reaches_the_eight_from_anywhere(shape
         frame = frame_at(position)
         guidance.scan(frame, course)
         if tick >= 40:  # it was parked before, so that the scan has been round once
-            guidance.step(frame, 2 * PERIOD_S)
+            guidance.at(frame, 2 * PERIOD_S)
             course = guidance.target_course
             position = moved(position, course, 2 * PERIOD_S * SPEED)
             assert position[2] > -0.1
@@ -149,7 +163,7 @@ def test_the_target_is_the_papers(shape, s, offset, gain):
     gamma = beside(numpy_eight, s, offset)
     settled_at(guidance, gamma, s, steps=30)
     last = guidance.path_parameter
-    guidance.step(frame_at(gamma), PERIOD_S)
+    guidance.at(frame_at(gamma))
     assume(angle_between(last, guidance.path_parameter) < 1e-6)  # not beyond the centre of a turn
 
     here = np.array([guidance.path_parameter])
@@ -181,7 +195,7 @@ def test_the_targets_rate_is_its_derivative_smoothed():
     rates, courses = [], []
     guidance.path_parameter = s
     for _ in range(600):
-        guidance.step(frame_at(numpy_eight.position(np.array([s]))[0]), PERIOD_S)
+        guidance.at(frame_at(numpy_eight.position(np.array([s]))[0]))
         rates.append(guidance.target_rate)
         courses.append(guidance.target_course)
         first = numpy_eight.derivatives(np.array([s]))[0][0]
@@ -193,7 +207,7 @@ def test_the_targets_rate_is_its_derivative_smoothed():
     assert np.array(rates)[100:] == pytest.approx(true_rates[99 - late : -late], abs=0.25)
     guidance.stop()
     assert guidance.target_rate == 0.0
-    guidance.step(frame_at(numpy_eight.position(np.array([s + 3.0]))[0]), PERIOD_S)
+    guidance.at(frame_at(numpy_eight.position(np.array([s + 3.0]))[0]))
     assert guidance.target_rate == 0.0
 
 
@@ -224,12 +238,12 @@ def test_the_exact_rate_is_how_the_target_turns_past_a_kite_on_its_way(shape, s,
     course = wrap(guidance.target_course + astray)
     step, places = 1e-4, []
     for _ in range(30):
-        guidance.step_exactly(Going(position, course))
+        guidance.exactly_at(Going(position, course))
     rate = guidance.target_rate
     for way in (-step, step):
         place = moved(position, course, way)
         for _ in range(30):
-            guidance.step_exactly(Going(place, course))
+            guidance.exactly_at(Going(place, course))
         places.append((guidance.target_course, math.atan2(place[1], place[0])))
     (before, azimuth), (after, azimuth_after) = places
     turned = wrap(after - before) + position[2] * (azimuth_after - azimuth)
@@ -245,9 +259,9 @@ def test_changing_between_the_ways_to_a_rate_does_not_jump():
         ahead = 0.1 if 100 <= tick < 200 else 0.0
         position = numpy_eight.position(np.array([s + ahead]))[0]
         if ahead:
-            guidance.step_exactly(Going(position, float(numpy_eight.course(np.array([s + ahead]))[0])))
+            guidance.exactly_at(Going(position, float(numpy_eight.course(np.array([s + ahead]))[0])))
         else:
-            guidance.step(frame_at(position), PERIOD_S)
+            guidance.at(frame_at(position))
         rates.append(guidance.target_rate)
         s += SPEED * PERIOD_S / float(np.linalg.norm(numpy_eight.derivatives(np.array([s]))[0][0]))
     largest = max(map(abs, rates))

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from simulated_storage import PowerCutError, SimulatedStorage, flipped
 
-from firmware_py.parameters.file_storage import FileStorage
+from firmware_py.boards.file_storage import FileStorage
 from firmware_py.parameters.persistence import describe
 from firmware_py.parameters.store import SLOTS, TEMPORARY, LoadReport, ParameterStore
 from firmware_py.parameters.values import Parameters

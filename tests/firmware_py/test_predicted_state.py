@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 import pytest
-from eights import parameters
+from eights import gains, parameters
 from firmware_bench import EVERYTHING, STEERING, sample
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -54,6 +54,7 @@ class Sky:
         values = parameters(
             PRED_DELAY=self.delay * self.period, PRED_RATE=rate, PRED_SAT=1.0, TURN_K=turn_k, LOOP_HZ=loop_hz,
             GRAVITY_C=plant.get("gravity_m_s2", 0.0), TURN_OFFSET=plant.get("offset_rad_s", 0.0))
+        self.turn_k = turn_k
         self.history = SteeringHistory()
         self.history.load(values)
         self.prediction = Prediction(self.history)
@@ -92,7 +93,7 @@ class Sky:
     def miss(self) -> tuple[float, float]:
         """(position, course) [rad]: how far from the prediction the plant is when half of the next steering is felt,
         which is taken to be the last one's."""
-        self.prediction.update(self.kite, self.now)
+        self.prediction.update(self.kite, self.now, self.turn_k)
         frame = self.prediction.frame
         for steering in self.asked[len(self.asked) - self.delay :]:
             self.fly(steering)
@@ -165,7 +166,7 @@ def test_a_lost_sample_is_bridged_by_a_longer_way():
         for sky in (with_all, without):
             if tick < 56 or sky is with_all:
                 sky.see()
-            sky.prediction.update(sky.kite, sky.now)
+            sky.prediction.update(sky.kite, sky.now, sky.turn_k)
             sky.tick(0.5 * math.sin(0.1 * tick))
     ours, theirs = without.prediction, with_all.prediction
     assert ours.horizon_us - theirs.horizon_us == 4 * 20000
@@ -188,13 +189,13 @@ def test_clocks_need_not_agree(offset, usual_us):
         kite.sample_time = (tick * 20000 - usual_us - jitter) & MASK
         kite.interval = 0.02
         prediction.note_sample(kite, now)
-        prediction.update(kite, now)
+        prediction.update(kite, now, sky.turn_k)
     assert prediction.horizon_us == pytest.approx(200000 + 8000, abs=300)
-    prediction.update(kite, (now + 60000) & MASK)
+    prediction.update(kite, (now + 60000) & MASK, sky.turn_k)
     assert prediction.horizon_us == pytest.approx(268000, abs=300)
     kite.sample_time = (kite.sample_time + 300_000_000) & MASK  # somebody sets the clock
     prediction.note_sample(kite, now)
-    prediction.update(kite, now)
+    prediction.update(kite, now, sky.turn_k)
     assert prediction.horizon_us == 200000
 
 
@@ -213,7 +214,8 @@ AT_LIMITS = ("PRED_DELAY", "PRED_RATE", "PRED_SAT", "TURN_K", "TURN_OFFSET", "GR
 def test_nothing_absurd_comes_of_absurd_samples_and_parameters(
         high, course, heading, airspeed, distance, speed, elevation, steering, late_us):
     """Every parameter at one end or the other of its range: numbers, unit vectors, steering within limits."""
-    values = parameters(**{name: LIMITS[name][up] for name, up in zip(AT_LIMITS, high, strict=True)})
+    extremes = {name: LIMITS[name][up] for name, up in zip(AT_LIMITS, high, strict=True)}
+    values, flown = parameters(**extremes), gains(**extremes)
     history = SteeringHistory()
     prediction, loop, kite = Prediction(history), Steering(), Estimator()
     for config in (history, prediction.config, loop.config, kite.config):
@@ -224,8 +226,8 @@ def test_nothing_absurd_comes_of_absurd_samples_and_parameters(
     for tick in range(4):
         kite.sample_time = tick * 20000
         prediction.note_sample(kite, tick * 20000)
-        prediction.update(kite, tick * 20000 + late_us)
-        loop.follow(1.0, 0.5, prediction, 0.02)
+        prediction.update(kite, tick * 20000 + late_us, flown.turn_k)
+        loop.follow(1.0, 0.5, prediction, flown, 0.02)
         history.note(loop.asked, 1)
         frame = prediction.frame
         assert frame.x**2 + frame.y**2 + frame.z**2 == pytest.approx(1.0, abs=1e-6)
@@ -238,17 +240,18 @@ def test_nothing_absurd_comes_of_absurd_samples_and_parameters(
 def test_an_actuator_still_under_way_is_reckoned_with():
     """A slow actuator that turns the kite must stop before the target, by the way it still makes: d^2 / (2 slew)."""
     loop = Steering()
-    loop.config.load(parameters(INNER_P=2.0, TURN_K=0.25, STEER_MAX=1.0))
+    loop.config.load(parameters(STEER_MAX=1.0))
+    flown = gains(INNER_P=2.0, TURN_K=0.25)
     prediction = Prediction(SteeringHistory())
     prediction.airspeed, prediction.course, prediction.steered_turning = 20.0, 0.0, 1.0
-    loop.follow(0.4, 0.0, prediction, 0.02)
+    loop.follow(0.4, 0.0, prediction, flown, 0.02)
     assert loop.asked == pytest.approx(2.0 * 0.4 / 5.0)
     prediction.turning_slew = 1.25  # 1 rad/s is gone in 0.8 s and 0.4 rad
-    loop.follow(0.4, 0.0, prediction, 0.02)
+    loop.follow(0.4, 0.0, prediction, flown, 0.02)
     assert loop.asked == pytest.approx(0.0, abs=1e-12)
     assert loop.error == 0.4
     prediction.steered_turning = -1.0
-    loop.follow(0.4, 0.0, prediction, 0.02)
+    loop.follow(0.4, 0.0, prediction, flown, 0.02)
     assert loop.asked == pytest.approx(2.0 * 0.8 / 5.0)
 
 
@@ -264,6 +267,6 @@ def test_the_speed_is_the_arcs_not_the_chords():
         now = tick * 20000
         taken = sample(now, math.atan2(y, x), math.asin(z), 40.0, truth.course, truth.heading, 18.0)
         kite.wait(20000)
-        assert kite.take(taken, 0.0)
+        assert kite.take(taken, 0.0, sky.turn_k)
     assert kite.speed < 0.985 * 18.0
     assert kite.sphere_speed() == pytest.approx(0.45, rel=3e-3)

@@ -4,27 +4,26 @@ import math
 from typing import Any
 
 import pytest
-from firmware_bench import NAMES
+from eights import gains, parameters
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from firmware_py.control.estimator import Estimator
 from firmware_py.control.steering import Steering
 from firmware_py.generated_enums import KITE_STATUS_AIRSPEED_FLOOR, KITE_STATUS_SATURATED, KITE_STATUS_SLEWED
-from protocol.parameter_table import load_parameters
 
 PERIOD_S = 0.02
 any_float32 = st.floats(width=32, allow_nan=False, allow_infinity=False)
 
 
-def steering(**changed: float) -> Steering:
+class Loop(Steering):
     """The inner loop with K = 0.25 rad/m, P = 2 /s, no feed-forward, no limits; and what is `changed`."""
-    plain: dict[str, float] = {"TURN_K": 0.25, "INNER_P": 2.0, "FF_GAIN": 0.0, "AIRSPEED_MIN": 4.0}
-    assert set(changed) <= set(NAMES)
-    values = [{**plain, **changed}.get(name, entry.default) for name, entry in load_parameters().items()]
-    made = Steering()
-    made.config.load(values)
-    return made
+
+    def __init__(self, **changed: float):
+        super().__init__()
+        settings = {"TURN_K": 0.25, "INNER_P": 2.0, "FF_GAIN": 0.0, "AIRSPEED_MIN": 4.0, **changed}
+        self.config.load(parameters(**settings))
+        self.gains = gains(**settings)
 
 
 def kite(**changed: Any) -> Estimator:
@@ -36,13 +35,13 @@ def kite(**changed: Any) -> Estimator:
     return made
 
 
-def followed(loop: Steering, target: float, rate: float = 0.0, **kite_fields: Any) -> float:
-    loop.follow(target, rate, kite(**kite_fields), PERIOD_S)
+def followed(loop: Loop, target: float, rate: float = 0.0, **kite_fields: Any) -> float:
+    loop.follow(target, rate, kite(**kite_fields), loop.gains, PERIOD_S)
     return loop.asked
 
 
 def test_proportional_term():
-    loop = steering()
+    loop = Loop()
     assert followed(loop, 0.7) == pytest.approx(2.0 * 0.2 / 5.0)
     assert loop.error == pytest.approx(0.2)
     assert loop.status == 0
@@ -54,18 +53,18 @@ def test_steering_does_its_work_at_any_airspeed():
     """What is asked turns the kite by P times the error, however fast it flies and however well it turns."""
     for airspeed in (5.0, 20.0, 60.0):
         for turn_k in (0.125, 0.5, 2.0):
-            asked = followed(steering(TURN_K=turn_k), 0.6, airspeed=airspeed)
+            asked = followed(Loop(TURN_K=turn_k), 0.6, airspeed=airspeed)
             assert turn_k * airspeed * asked == pytest.approx(2.0 * 0.1)
 
 
 def test_feed_forward_is_a_share_of_the_targets_rate():
     for share in (0.0, 0.25, 1.0):
-        assert followed(steering(FF_GAIN=share), 0.5, rate=1.5) == pytest.approx(share * 1.5 / 5.0)
+        assert followed(Loop(FF_GAIN=share), 0.5, rate=1.5) == pytest.approx(share * 1.5 / 5.0)
 
 
 def test_the_kites_own_turning_is_cancelled():
-    assert followed(steering(TURN_OFFSET=0.25), 0.5) == pytest.approx(-0.25 / 5.0)
-    loop = steering(GRAVITY_C=10.0)
+    assert followed(Loop(TURN_OFFSET=0.25), 0.5) == pytest.approx(-0.25 / 5.0)
+    loop = Loop(GRAVITY_C=10.0)
     for heading in (0.0, 1.0, -1.0, math.pi):  # the nose counts here, not the course
         expected = -10.0 / 20.0 * math.sin(heading) * math.cos(0.8) / 5.0
         assert followed(loop, 0.5, heading=heading) == pytest.approx(expected, abs=1e-15)
@@ -73,14 +72,14 @@ def test_the_kites_own_turning_is_cancelled():
 
 def test_all_terms_together_make_the_kite_turn_as_wanted():
     """Put what is asked into the turning-rate law: what comes out is FF d(theta_t)/dt + P error."""
-    loop = steering(TURN_OFFSET=0.125, GRAVITY_C=5.0, FF_GAIN=0.5)
+    loop = Loop(TURN_OFFSET=0.125, GRAVITY_C=5.0, FF_GAIN=0.5)
     asked = followed(loop, 0.4, rate=0.6, heading=1.2, airspeed=25.0)
     turning = 0.25 * 25.0 * asked + 0.125 + 5.0 / 25.0 * math.sin(1.2) * math.cos(0.8)
     assert turning == pytest.approx(0.5 * 0.6 + 2.0 * -0.1)
 
 
 def test_the_airspeed_has_a_floor():
-    loop = steering(AIRSPEED_MIN=4.0)
+    loop = Loop(AIRSPEED_MIN=4.0)
     at_floor = followed(loop, 0.6, airspeed=4.0)
     assert (at_floor, loop.status) == (pytest.approx(0.2), 0)
     for slow in (0.0, 1.0, math.nextafter(4.0, 0.0)):
@@ -91,7 +90,7 @@ def test_the_airspeed_has_a_floor():
 
 
 def test_the_shorter_way_round_is_taken():
-    loop = steering()
+    loop = Loop()
     assert followed(loop, -3.1, course=3.1) == pytest.approx(2.0 * (2.0 * math.pi - 6.2) / 5.0)
     assert followed(loop, 3.1, course=-3.1) == pytest.approx(-2.0 * (2.0 * math.pi - 6.2) / 5.0)
     followed(loop, math.pi, course=0.0)
@@ -107,14 +106,14 @@ def test_the_shorter_way_round_is_taken():
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 @pytest.mark.parametrize("limit", [0.0625, 0.5, 1.0])
 def test_saturation_at_its_boundary_and_one_step_to_either_side(limit, sign):
-    loop = steering(STEER_MAX=limit)
+    loop = Loop(STEER_MAX=limit)
     for wanted, asked, status in (
         (math.nextafter(limit, 0.0), math.nextafter(limit, 0.0), 0), (limit, limit, 0),
         (math.nextafter(limit, 2.0), limit, KITE_STATUS_SATURATED), (1e9, limit, KITE_STATUS_SATURATED),
         (math.inf, limit, KITE_STATUS_SATURATED)):
         loop.hold(sign * wanted, PERIOD_S)
         assert (loop.asked, loop.status) == (sign * asked, status)
-    loop.follow(0.5 + sign * 3.0, 0.0, kite(airspeed=4.0), PERIOD_S)
+    loop.follow(0.5 + sign * 3.0, 0.0, kite(airspeed=4.0), loop.gains, PERIOD_S)
     assert (loop.asked, loop.status) == (sign * limit, KITE_STATUS_SATURATED)
 
 
@@ -126,13 +125,13 @@ def test_slew_at_its_boundary_and_one_step_to_either_side(sign):
         (math.nextafter(most, 0.0), math.nextafter(most, 0.0), 0), (most, most, 0),
         (math.nextafter(most, 1.0), most, KITE_STATUS_SLEWED),
         (1.0, most, KITE_STATUS_SLEWED), (7.0, most, KITE_STATUS_SLEWED | KITE_STATUS_SATURATED)):
-        loop = steering(STEER_RATE=4.0)
+        loop = Loop(STEER_RATE=4.0)
         loop.hold(sign * wanted, 1.0 / 64.0)
         assert (loop.asked, loop.status) == (sign * asked, status)
 
 
 def test_a_slewed_step_arrives_and_comes_back():
-    loop = steering(STEER_RATE=4.0)
+    loop = Loop(STEER_RATE=4.0)
     there = [loop.asked for _ in range(20) if loop.hold(1.0, 1.0 / 64.0) is None]
     assert there == [min(1.0, 0.0625 * tick) for tick in range(1, 21)]
     assert loop.status == 0
@@ -146,7 +145,7 @@ def test_a_slewed_step_arrives_and_comes_back():
 @example(3e38, 3e38, -3e38, 3e38, 0.0, 3e38, 0.0625, 0.5)
 def test_the_output_is_finite_and_within_limits(target, rate, course, heading, airspeed, elevation, before, rate_limit):
     """For any input, with all gains at their greatest and the divisors at their least."""
-    loop = steering(STEER_MAX=0.0625, STEER_RATE=rate_limit, INNER_P=50.0, FF_GAIN=1.0, GRAVITY_C=20.0,
+    loop = Loop(STEER_MAX=0.0625, STEER_RATE=rate_limit, INNER_P=50.0, FF_GAIN=1.0, GRAVITY_C=20.0,
                     TURN_OFFSET=-1.0, TURN_K=0.0009765625, AIRSPEED_MIN=0.5)
     loop.hold(before, 1.0)
     before = loop.asked

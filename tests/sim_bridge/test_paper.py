@@ -93,7 +93,7 @@ class FixedTarget(Guidance):
     def scan(self, frame, course):
         """There is no curve to look at."""
 
-    def step(self, frame, dt):
+    def step(self, frame, gains, dt):
         """There is nothing to update."""
 
 

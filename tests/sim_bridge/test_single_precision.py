@@ -12,7 +12,7 @@ import pytest
 from firmware_py.control import (
     estimator,
     figure_eight,
-    gain_schedule,
+    gains,
     guidance,
     sphere,
     steering,
@@ -26,12 +26,12 @@ from sim_bridge.scenario.scenario import load_scenario
 
 MODULES = (
     estimator, guidance, sphere, steering, figure_eight, prediction, drift, body_rotation, steering_history,
-    turn_k_estimate, gain_schedule)
+    turn_k_estimate, gains)
 CLASSES = (
     estimator.Estimator, estimator.EstimatorConfig, guidance.Guidance, guidance.GuidanceConfig, sphere.TangentFrame,
     steering.Steering, steering.SteeringConfig, figure_eight.FigureEight, figure_eight.CurveCheck,
     prediction.Prediction, prediction.PredictionConfig, drift.Drift, body_rotation.BodyRotation,
-    steering_history.SteeringHistory, turn_k_estimate.TurnKEstimate, gain_schedule.GainSchedule)
+    steering_history.SteeringHistory, turn_k_estimate.TurnKEstimate, gains.Gains)
 FUNCTIONS = ("atan", "atan2", "cos", "degrees", "radians", "sin", "sqrt", "tan")
 
 

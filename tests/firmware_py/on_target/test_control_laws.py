@@ -5,9 +5,11 @@ from math import atan2, cos, pi, sin
 from firmware_py import generated_enums as enums
 from firmware_py.control.estimator import Estimator
 from firmware_py.control.figure_eight import CurveCheck, FigureEight
+from firmware_py.control.gains import Gains
 from firmware_py.control.guidance import Guidance
 from firmware_py.control.sphere import TangentFrame, wrap
 from firmware_py.control.steering import Steering
+from firmware_py.control.turn_k_estimate import TurnKEstimate
 from firmware_py.parameters import generated_parameters as table
 from firmware_py.parameters.values import Parameters
 
@@ -25,6 +27,13 @@ def values_with(*changes):
 def loaded(thing, *changes):
     thing.load(values_with(*changes))
     return thing
+
+
+def flown(*changes):
+    """The gains of these parameters."""
+    gains = Gains()
+    gains.load(values_with(*changes), TurnKEstimate())
+    return gains
 
 
 def near(value, wanted, tolerance=1e-4):
@@ -71,7 +80,6 @@ def test_beside_the_curve_the_target_points_back_to_it():
     eight = loaded(FigureEight())
     for side in (-0.03, 0.03):
         guidance = Guidance(eight)
-        guidance.config.gain_l = 5.0
         frame = TangentFrame()
         x, y, z, dx, dy, dz = eight.at(0.3)
         size = (dx * dx + dy * dy + dz * dz) ** 0.5
@@ -79,7 +87,7 @@ def test_beside_the_curve_the_target_points_back_to_it():
         px, py, pz = (p + side * n / size for p, n in zip((x, y, z), left))  # noqa: B905  MicroPython has no strict
         frame.set(atan2(py, px), atan2(pz, (px * px + py * py) ** 0.5))
         guidance.path_parameter = 0.25
-        guidance.step(frame, 0.02)
+        guidance.step(frame, flown((table.OUTER_L, 5.0)), 0.02)
         along = atan2(frame.across(dx, dy), frame.up(dx, dy, dz))
         assert near(guidance.path_parameter, 0.3, 0.01)
         assert near(abs(guidance.cross_track), 0.03, 0.001)
@@ -88,15 +96,16 @@ def test_beside_the_curve_the_target_points_back_to_it():
 
 def test_steering_follows_the_law_and_stays_within_its_limits():
     steering = Steering()
-    steering.config.load(values_with((table.INNER_P, 2.0), (table.TURN_K, 0.25), (table.STEER_MAX, 0.5)))
+    steering.config.load(values_with((table.STEER_MAX, 0.5)))
+    gains = flown((table.INNER_P, 2.0), (table.TURN_K, 0.25))
     kite = Estimator()
     kite.airspeed, kite.course = 20.0, 0.1
-    steering.follow(0.6, 0.0, kite, 0.02)
+    steering.follow(0.6, 0.0, kite, gains, 0.02)
     assert near(steering.asked, 2.0 * 0.5 / (0.25 * 20.0))
-    steering.follow(3.0, 0.0, kite, 0.02)
+    steering.follow(3.0, 0.0, kite, gains, 0.02)
     assert steering.asked == 0.5 and steering.status & enums.KITE_STATUS_SATURATED
     kite.course = 3.0
-    steering.follow(-3.0, 0.0, kite, 0.02)  # the short way round
+    steering.follow(-3.0, 0.0, kite, gains, 0.02)  # the short way round
     assert steering.asked > 0.0
 
 
@@ -111,14 +120,14 @@ def test_streams_that_bring_no_news_are_stale_in_time_and_a_gap_is_seen_by_the_t
         kite.config.load(values_with())
         for tick in range(30):
             kite.wait(20000)
-            assert kite.take(sample(tick * 20000, 0.1, 0.5), 0.0)
+            assert kite.take(sample(tick * 20000, 0.1, 0.5), 0.0, 0.25)
         stale = 0
         for tick in range(1, 3000):
             stale += kite.wait(20000)
-            kite.take(stream(tick, (29 + tick) * 20000), 0.0)
+            kite.take(stream(tick, (29 + tick) * 20000), 0.0, 0.25)
         assert stale >= 2999 - 27, stale  # the first of a stream may be news
     assert kite.wait(600000)  # the loop stood still
-    assert kite.take(sample(100, 0.1, 0.5), 0.0) and not kite.is_stale()
+    assert kite.take(sample(100, 0.1, 0.5), 0.0, 0.25) and not kite.is_stale()
 
 
 def test_the_course_comes_from_positions_and_bad_samples_change_nothing():
@@ -126,14 +135,14 @@ def test_the_course_comes_from_positions_and_bad_samples_change_nothing():
     kite.config.load(values_with())
     for number in range(30):
         kite.wait(20000)
-        assert kite.take(sample(number * 20000, -0.004 * number, 0.5), 0.0)
+        assert kite.take(sample(number * 20000, -0.004 * number, 0.5), 0.0, 0.25)
     assert near(kite.course, 0.5 * pi, 0.02)
     before = (kite.course, kite.azimuth, kite.elevation)
     now = 30 * 20000
     for bad in (sample(now, float("nan"), 0.5), sample(now, 2.0, 0.5), sample(now - 60000, -0.1, 0.5),
                 sample(now, -0.1, 0.5, enums.KITE_VALID_AZIMUTH)):
         kite.wait(20000)
-        assert not kite.take(bad, 0.0)
+        assert not kite.take(bad, 0.0, 0.25)
     assert kite.dropped == 4 and (kite.course, kite.azimuth, kite.elevation) == before
 
 

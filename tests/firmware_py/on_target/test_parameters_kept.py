@@ -6,7 +6,7 @@ Where the interpreter has littlefs, the filesystem of the boards, power is cut a
 import os
 import struct
 
-from firmware_py.parameters.file_storage import FileStorage
+from firmware_py.boards.file_storage import FileStorage
 from firmware_py.parameters.generated_parameters import (
     COUNT,
     DEFAULTS,

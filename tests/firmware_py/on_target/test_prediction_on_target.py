@@ -4,7 +4,7 @@ from math import cos, pi, sin, sqrt
 
 from firmware_py import generated_enums as enums
 from firmware_py.control.estimator import Estimator
-from firmware_py.control.gain_schedule import GainSchedule
+from firmware_py.control.gains import Gains
 from firmware_py.control.turn_k_estimate import TurnKEstimate
 from firmware_py.parameters import generated_parameters as table
 from firmware_py.parameters.values import Parameters
@@ -13,6 +13,7 @@ from firmware_py.prediction.steering_history import ONE, SteeringHistory
 
 _VALID = 0xFF
 _PERIOD_US = 20000
+_TURN_K = 0.25
 
 
 def values_with(*changes):
@@ -29,7 +30,7 @@ def near(value, wanted, tolerance=1e-5):
 
 def predictor(*changes):
     """(prediction, its history, a kite at azimuth 0 and elevation 0 that flies up at 20 m/s on 100 m)."""
-    values = values_with((table.PRED_DELAY, 0.5), (table.TURN_K, 0.25), *changes)
+    values = values_with((table.PRED_DELAY, 0.5), *changes)
     history = SteeringHistory()
     prediction = Prediction(history)
     history.load(values)
@@ -47,7 +48,7 @@ def predictor(*changes):
 
 def test_straight_flight_is_a_great_circle():
     prediction, _, kite = predictor()
-    prediction.update(kite, 0)
+    prediction.update(kite, 0, _TURN_K)
     way = 0.2 * 0.51  # the dead time and half a tick
     assert near(prediction.frame.x, cos(way)) and near(prediction.frame.z, sin(way)) and near(prediction.frame.y, 0.0)
     assert near(prediction.course, 0.0) and prediction.horizon_us == 500000
@@ -61,7 +62,7 @@ def test_steady_steering_flies_a_small_circle_of_the_right_size():
     kite.steering = 0.5
     turning, speed = 0.25 * 20.0 * 0.5, 0.2
     rate = sqrt(turning * turning + speed * speed)
-    prediction.update(kite, 0)
+    prediction.update(kite, 0, _TURN_K)
     angle = rate * 1.0
     axis_x, axis_y = turning / rate, -speed / rate  # Omega = r gamma + v b, and b is -y here
     along = (1.0 - cos(angle)) * axis_x
@@ -74,7 +75,7 @@ def test_steady_steering_flies_a_small_circle_of_the_right_size():
 
 def test_an_old_sample_is_a_longer_way():
     prediction, _, kite = predictor()
-    prediction.update(kite, 3 * _PERIOD_US)
+    prediction.update(kite, 3 * _PERIOD_US, _TURN_K)
     assert prediction.horizon_us == 560000 and near(prediction.frame.z, sin(0.2 * 0.57))
 
 
@@ -119,10 +120,11 @@ def test_the_turning_rate_constant_is_found():
 
 
 def test_gains_follow_airspeed_and_length():
-    gains = GainSchedule()
-    gains.load(values_with((table.GAIN_TAU, 0.24), (table.GAIN_P_TAU, 0.375), (table.GAIN_L_TAU, 0.25)))
+    gains = Gains()
+    scheduled = values_with((table.GAIN_TAU, 0.24), (table.GAIN_P_TAU, 0.375), (table.GAIN_L_TAU, 0.25))
+    gains.load(scheduled, TurnKEstimate())
     kite = Estimator()
     kite.airspeed = 20.0
     kite.distance = 200.0
-    gains.update(kite)
-    assert gains.known and near(gains.gain_p, 1.5) and near(gains.gain_l, 10.0, 1e-4)
+    gains.update(kite, TurnKEstimate())
+    assert near(gains.gain_p, 1.5) and near(gains.gain_l, 10.0, 1e-4)
