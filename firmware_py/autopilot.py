@@ -1,13 +1,12 @@
 """One tick of the control loop: sample -> estimate -> outer loop -> inner loop -> actuator -> link."""
 
 from .clock import ticks_since
-from .control.estimator import Estimator
 from .control.figure_eight import FigureEight
 from .control.gains import Gains
 from .control.guidance import Guidance
-from .control.sphere import wrap
 from .control.steering import Steering
-from .control.turn_k_estimate import TurnKEstimate
+from .estimation.estimator import Estimator
+from .estimation.turn_k_estimate import TurnKEstimate
 from .generated_enums import (
     HIL_ACTUATOR_CONTROLS_FLAGS_LOCKSTEP,
     KITE_MODE_MANUAL,
@@ -25,6 +24,7 @@ from .prediction.steering_history import ROOM, SteeringHistory
 from .services.dispatcher import Requests
 from .services.inbox import Inbox
 from .services.telemetry import Telemetry
+from .sphere import wrap
 
 _NO_CONTROLS = (0.0,) * 15
 _STEERED = (KITE_MODE_PARK, KITE_MODE_TRACK)  # by the control laws

@@ -1,1 +1,1 @@
-"""The control laws: from a sample to the kite's state, the direction to fly, and the steering."""
+"""The control laws: which way to fly to the eight, how to steer that way, and with which gains."""

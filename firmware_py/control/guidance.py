@@ -6,7 +6,7 @@ J. H. Baayen, "Trajectory tracking control of kites with system delay" (2012), s
 from math import atan, atan2, cos, pi, sin, sqrt
 
 from ..parameters.generated_parameters import FF_FILTER
-from .sphere import wrap
+from ..sphere import wrap
 
 _ITERATIONS = 5
 _CLOSE_ENOUGH = 1e-4  # step in s at which the search ends [rad]

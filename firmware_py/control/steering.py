@@ -14,7 +14,7 @@ from ..parameters.generated_parameters import (
     STEER_RATE,
     TURN_OFFSET,
 )
-from .sphere import wrap
+from ..sphere import wrap
 
 
 class SteeringConfig:

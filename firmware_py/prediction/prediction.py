@@ -9,7 +9,6 @@ Magnus' series for a turning rate that changes: exact for constant steering, of 
 from math import atan2, sin
 
 from ..clock import ticks_diff
-from ..control.sphere import TangentFrame, wrap
 from ..generated_enums import KITE_VALID_STEERING
 from ..parameters.generated_parameters import (
     AIRSPEED_MIN,
@@ -21,6 +20,7 @@ from ..parameters.generated_parameters import (
     STALE_TIME,
     TURN_OFFSET,
 )
+from ..sphere import TangentFrame, wrap
 from .body_rotation import BodyRotation
 from .drift import Drift
 from .steering_history import ONE, ROOM

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 
 from firmware_py.control.figure_eight import FigureEight
 from firmware_py.control.gains import Gains
-from firmware_py.control.sphere import TangentFrame
-from firmware_py.control.turn_k_estimate import TurnKEstimate
+from firmware_py.estimation.turn_k_estimate import TurnKEstimate
 from firmware_py.parameters.generated_parameters import DEFAULTS
+from firmware_py.sphere import TangentFrame
 from kite_analysis.figure_eight import TargetEight
 from protocol.parameter_table import load_parameters
 

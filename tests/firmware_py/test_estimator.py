@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from firmware_bench import AIRSPEED, COURSE, DISTANCE, EVERYTHING, HEADING, NAMES, POSITION, sample
 
-from firmware_py.control.estimator import Estimator
+from firmware_py.estimation.estimator import Estimator
 from kite_analysis.figure_eight import turning_angle
 from protocol.parameter_table import load_parameters
 

@@ -4,9 +4,9 @@ import pytest
 from eights import gains
 from firmware_bench import Bench, FlyingKite
 
-from firmware_py.control.estimator import Estimator
 from firmware_py.control.gains import Gains
-from firmware_py.control.turn_k_estimate import TurnKEstimate
+from firmware_py.estimation.estimator import Estimator
+from firmware_py.estimation.turn_k_estimate import TurnKEstimate
 from protocol import dialect
 
 NO_ESTIMATE = TurnKEstimate()

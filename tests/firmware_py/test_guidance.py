@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from firmware_py.control.figure_eight import FigureEight
 from firmware_py.control.guidance import Guidance
-from firmware_py.control.sphere import wrap
+from firmware_py.sphere import wrap
 from kite_analysis.figure_eight import TargetEight, great_circle_distance
 from kite_analysis.figure_eight import wrap as wrap_array
 

@@ -10,8 +10,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from firmware_py.clock import MASK
-from firmware_py.control.estimator import Estimator
 from firmware_py.control.steering import Steering
+from firmware_py.estimation.estimator import Estimator
 from firmware_py.prediction.prediction import Prediction
 from firmware_py.prediction.steering_history import SteeringHistory
 from protocol.parameter_table import load_parameters

@@ -8,8 +8,8 @@ from eights import gains, parameters
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from firmware_py.control.estimator import Estimator
 from firmware_py.control.steering import Steering
+from firmware_py.estimation.estimator import Estimator
 from firmware_py.generated_enums import KITE_STATUS_AIRSPEED_FLOOR, KITE_STATUS_SATURATED, KITE_STATUS_SLEWED
 
 PERIOD_S = 0.02

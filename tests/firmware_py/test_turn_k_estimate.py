@@ -7,8 +7,8 @@ import pytest
 from eights import parameters
 from firmware_bench import EVERYTHING, HEADING
 
-from firmware_py.control.estimator import Estimator
-from firmware_py.control.turn_k_estimate import TurnKEstimate
+from firmware_py.estimation.estimator import Estimator
+from firmware_py.estimation.turn_k_estimate import TurnKEstimate
 
 PERIOD_S = 0.02
 AIRSPEED = 20.0

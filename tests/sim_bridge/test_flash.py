@@ -96,7 +96,7 @@ def test_only_what_changed_is_copied_and_board_py_never_over_another(capsys, mpr
     done = calls.read_text().splitlines()
     assert code == 0 and f"1 files to copy, {len(files) - 1} up to date, 1 to remove" in out
     assert [line for line in done if line.startswith("fs")] == [
-        "fs cat :board.py", "fs rm :firmware_py/old.py", "fs cp estimator.mpy :firmware_py/control/"]
+        "fs cat :board.py", "fs rm :firmware_py/old.py", "fs cp estimator.mpy :firmware_py/estimation/"]
 
 
 @pytest.mark.parametrize(("says", "code", "expected"), [

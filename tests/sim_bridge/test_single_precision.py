@@ -9,15 +9,9 @@ import math
 import numpy as np
 import pytest
 
-from firmware_py.control import (
-    estimator,
-    figure_eight,
-    gains,
-    guidance,
-    sphere,
-    steering,
-    turn_k_estimate,
-)
+from firmware_py import sphere
+from firmware_py.control import figure_eight, gains, guidance, steering
+from firmware_py.estimation import estimator, turn_k_estimate
 from firmware_py.parameters.values import Parameters
 from firmware_py.prediction import body_rotation, drift, prediction, steering_history
 from sim_bridge.runs.run import RunOptions, run_scenario

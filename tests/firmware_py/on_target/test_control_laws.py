@@ -3,15 +3,15 @@
 from math import atan2, cos, pi, sin
 
 from firmware_py import generated_enums as enums
-from firmware_py.control.estimator import Estimator
 from firmware_py.control.figure_eight import CurveCheck, FigureEight
 from firmware_py.control.gains import Gains
 from firmware_py.control.guidance import Guidance
-from firmware_py.control.sphere import TangentFrame, wrap
 from firmware_py.control.steering import Steering
-from firmware_py.control.turn_k_estimate import TurnKEstimate
+from firmware_py.estimation.estimator import Estimator
+from firmware_py.estimation.turn_k_estimate import TurnKEstimate
 from firmware_py.parameters import generated_parameters as table
 from firmware_py.parameters.values import Parameters
+from firmware_py.sphere import TangentFrame, wrap
 
 _POSITION = enums.KITE_VALID_AZIMUTH | enums.KITE_VALID_ELEVATION | enums.KITE_VALID_AIRSPEED
 

@@ -3,9 +3,9 @@
 from math import cos, pi, sin, sqrt
 
 from firmware_py import generated_enums as enums
-from firmware_py.control.estimator import Estimator
 from firmware_py.control.gains import Gains
-from firmware_py.control.turn_k_estimate import TurnKEstimate
+from firmware_py.estimation.estimator import Estimator
+from firmware_py.estimation.turn_k_estimate import TurnKEstimate
 from firmware_py.parameters import generated_parameters as table
 from firmware_py.parameters.values import Parameters
 from firmware_py.prediction.prediction import Prediction

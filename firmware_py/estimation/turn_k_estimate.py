@@ -9,7 +9,7 @@ from math import sin
 
 from ..generated_enums import KITE_VALID_HEADING
 from ..parameters.generated_parameters import AIRSPEED_MIN, GRAVITY_C, K_ADAPT, K_BOUND, TURN_K
-from .sphere import wrap
+from ..sphere import wrap
 
 _BLOCK = 0.25  # [s]
 _LONGEST_GAP = 0.2  # between two samples, beyond which the turning between them is not known well [s]

@@ -22,7 +22,7 @@ from ..parameters.generated_parameters import (
     SPEED_MIN,
     STALE_TIME,
 )
-from .sphere import TangentFrame, wrap
+from ..sphere import TangentFrame, wrap
 
 _POSITION = KITE_VALID_AZIMUTH | KITE_VALID_ELEVATION
 _HISTORY = 32
