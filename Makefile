@@ -77,7 +77,10 @@ mutants: $(VENV)/.installed-mutants ## break the firmware in a thousand places a
 	  $(foreach name,$(ACCEPTANCE),"firmware_py.estimation.estimator*$(name)*")
 	$(BIN)/python tests/mutants.py
 
+architecture: $(VENV)/.installed-dev ## draw the pictures of docs/architecture.md from the imports
+	$(BIN)/python -m tests.architecture
+
 clean: ## remove .venv and what was built
 	rm -rf $(VENV) mutants build dist *.egg-info
 
-.PHONY: help install sitl paper reality flash board-image generate lint type test soak mutants clean
+.PHONY: help install sitl paper reality flash board-image generate lint type test soak mutants architecture clean
