@@ -143,10 +143,11 @@ def _rows(table: Iterable[str]) -> list[str]:
 
 def firmware_metadata(files: dict[str, str]) -> str:
     """What the firmware must know of the metadata `files` (text by name): text of a module of literals."""
-    lines = [_HEADER, "# (name, bytes, MAVLink's CRC32)", "FILES = ("]
-    for name, text in files.items():
-        lines.append(f"    ({name.encode()!r}, {len(text.encode())}, {mavlink_crc32(text.encode())}),")
-    return "\n".join([*lines, ")", f"GENERAL_URI = {f'mftp:///{GENERAL}'.encode()!r}", "GENERAL = 0"]) + "\n"
+    data = [text.encode() for text in files.values()]
+    lines = [_HEADER, "# Of each file: its name, its size in bytes, and MAVLink's CRC32 of it.",
+             f"NAMES = {tuple(name.encode() for name in files)}", f"SIZES = {tuple(map(len, data))}",
+             f"CRC32S = {tuple(map(mavlink_crc32, data))}"]
+    return "\n".join([*lines, f"GENERAL_URI = {f'mftp:///{GENERAL}'.encode()!r}", "GENERAL = 0"]) + "\n"
 
 
 def contract_hash(files: list[mavparse.MAVXML], table_text: str) -> str:

@@ -95,7 +95,8 @@ class MachineBoard:
             from ..transports.udp import UdpStations  # noqa: PLC0415  a board without Wi-Fi has no `socket`
             from ..transports.wifi import WifiTransport  # noqa: PLC0415
 
-            udp = UdpStations(settings.ground[0], settings.ground[1], self.ticks_us)
+            host, port = settings.ground
+            udp = UdpStations(host, port, self.ticks_us)
             return WifiTransport(wlan, settings.ssid, settings.key, udp, self.ticks_us, tell)
         from ..transports.uart import UartTransport  # noqa: PLC0415  only one of the two takes memory
 
@@ -112,7 +113,8 @@ def make_servo(machine, settings):
     if settings.servo_pin is None:
         return None
     pwm = machine.PWM(machine.Pin(settings.servo_pin), freq=1000000 // PERIOD_US, duty_u16=0)
-    return Servo(pwm, settings.servo_us[0], settings.servo_us[1], settings.servo_us[2])
+    minus_us, neutral_us, plus_us = settings.servo_us
+    return Servo(pwm, minus_us, neutral_us, plus_us)
 
 
 def make_encoder(machine, entry):
@@ -126,10 +128,11 @@ def make_sensors(machine, settings):
     """The line's encoders, or None where samples arrive over the link."""
     if settings.sensors != LINE_ANGLES:
         return None
-    axes = []
-    for entry in (settings.azimuth, settings.elevation):
-        axes.append(Axis(make_encoder(machine, entry), entry["zero"], entry["direction"]))
-    return LineAngles(axes[0], axes[1])
+    return LineAngles(_make_axis(machine, settings.azimuth), _make_axis(machine, settings.elevation))
+
+
+def _make_axis(machine, entry):
+    return Axis(make_encoder(machine, entry), entry["zero"], entry["direction"])
 
 
 def make_light_pin(machine, pin):

@@ -56,8 +56,8 @@ def _read_wifi(reader, settings):
 
 
 def _read_uart(reader, settings):
-    numbers = _UARTS.get(reader.platform, (0, 1))
-    settings.uart = reader.number("UART", numbers[0], numbers[1])
+    first, last = _UARTS.get(reader.platform, (0, 1))
+    settings.uart = reader.number("UART", first, last)
     settings.tx = reader.pin("UART_TX")
     settings.rx = reader.pin("UART_RX")
     settings.baud = reader.number("UART_BAUD", 9600, 3000000, 115200)
@@ -156,7 +156,7 @@ class _Reader:
     def look_for_strangers(self):
         """A name in capitals that nobody asks for is a slip of the pen; what belongs to the other link is not."""
         for name in sorted(self.values):
-            if name == name.upper() and name[0] != "_" and name not in self._known and name not in _ENTRIES:
+            if name == name.upper() and not name.startswith("_") and name not in self._known and name not in _ENTRIES:
                 self.problems.append("%s is not a setting: there are %s" % (name, ", ".join(_ENTRIES)))
 
 

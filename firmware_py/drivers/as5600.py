@@ -26,9 +26,8 @@ class As5600:
             self._i2c.readfrom_mem_into(ADDRESS, _STATUS, self._buffer)
         except OSError:
             return False
-        buffer = self._buffer
-        self.magnet = buffer[0]
-        self.raw = (buffer[1] << 8 | buffer[2]) & 0xFFF
+        self.magnet, high, low = self._buffer
+        self.raw = (high << 8 | low) & 0xFFF
         return True
 
     def has_magnet(self):

@@ -117,7 +117,7 @@ class Decoder:
         buffer = self._buffer
         start = self._start
         end = start + (10 if marker == _V2 else 6) + buffer[start + 1]
-        extra = MESSAGES[self._message_at(marker)][1]
+        _, extra, _, _ = MESSAGES[self._message_at(marker)]
         if crc_byte(extra, crc_bytes(buffer, start + 1, end, START)) == buffer[end] | buffer[end + 1] << 8:
             return True
         self.bad_crc += 1

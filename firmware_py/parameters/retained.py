@@ -11,7 +11,6 @@ from .generated_parameters import COUNT
 
 _CONTRACT = CONTRACT_HASH.encode()  # another firmware's values would be misread
 _LAYOUT = "<16sB%df" % COUNT
-_VALUES = 2  # index of the first value in what _LAYOUT gives
 
 
 class Recovery:
@@ -35,11 +34,11 @@ class Recovery:
         end = self._end
         if len(data) < end + 2 or struct.unpack_from("<H", data, end)[0] != crc_bytes(data, 0, end, START):
             return None
-        kept = struct.unpack_from(_LAYOUT, data, 0)
-        if kept[0] != _CONTRACT:
+        contract, armed, *values = struct.unpack_from(_LAYOUT, data, 0)
+        if contract != _CONTRACT:
             return None
         for index in range(COUNT):
-            value = kept[_VALUES + index]
+            value = values[index]
             if not parameters.refusal(index, value, False):
                 parameters.set(index, value)
-        return bool(kept[1])
+        return bool(armed)

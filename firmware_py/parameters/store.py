@@ -45,7 +45,7 @@ class ParameterStore:
         Where no whole record is found, nothing is set.
         """
         report = LoadReport()
-        record = self._newest(report)[0]
+        record, _, _ = self._newest(report)
         if record is not None:
             report.found = True
             values = self._unpack(record, parameters, report)
@@ -88,7 +88,7 @@ class ParameterStore:
             if not _is_whole(data):
                 report.damaged += 1
                 continue
-            found = struct.unpack_from(_HEADER, data, 0)[1]
+            _, found, _ = struct.unpack_from(_HEADER, data, 0)
             if newest is None or found > generation:
                 newest = data
                 slot = index
@@ -145,7 +145,8 @@ def _is_whole(data):
     """True for a record with all its bytes, as they were written."""
     if len(data) < _HEADER_BYTES + _CRC_BYTES or data[:4] != _MAGIC:
         return False
-    end = _HEADER_BYTES + struct.unpack_from(_HEADER, data, 0)[2] * _ENTRY_BYTES
+    _, _, count = struct.unpack_from(_HEADER, data, 0)
+    end = _HEADER_BYTES + count * _ENTRY_BYTES
     return len(data) == end + _CRC_BYTES and struct.unpack_from("<H", data, end)[0] == crc_bytes(data, 0, end, START)
 
 

@@ -23,7 +23,7 @@ from ..generated_enums import (
     MAV_FTP_OPCODE_TERMINATESESSION,
 )
 from ..mavlink.generated_messages import FILE_TRANSFER_PROTOCOL
-from .generated_metadata import FILES
+from .generated_metadata import CRC32S, NAMES, SIZES
 
 _HEADER = "<HBBBBBBI"  # sequence, session, opcode, size, opcode asked, burst complete, padding, offset
 _DATA = 12  # where the data begin
@@ -32,6 +32,18 @@ _AROUND = 27  # bytes of a frame that are no data
 _LEAST = 32  # bytes of data, on the slowest line
 _BURSTS = 4  # stations served at a time
 _STATIONS = 8  # whose sessions are kept
+
+
+class _Burst:
+    """A file on its way to a station, `piece` bytes at a time; `index` is that of the file."""
+
+    def __init__(self, system, component, sequence, index, offset, piece):
+        self.system = system
+        self.component = component
+        self.sequence = sequence
+        self.index = index
+        self.offset = offset
+        self.piece = piece
 
 
 class FileServer:
@@ -43,9 +55,9 @@ class FileServer:
         self._view = memoryview(self._payload)
         self._zeros = bytes(_MOST)
         self._file = None  # the one that is open
-        self._open = -1  # its index in FILES
+        self._open = -1  # its index
         self._sessions = []  # (system, component, index of the file), the newest last
-        self._bursts = []  # [system, component, sequence, index, offset, piece]
+        self._bursts = []
 
     def serve(self, files, for_us):
         """Answer the oldest of `files` (values, system, component) if it is `for_us(system, component)`."""
@@ -53,8 +65,9 @@ class FileServer:
             return
         if files:
             values, system, component = files.pop(0)
-            if for_us(values[1], values[2]):
-                self._answer(values[3], system, component)
+            _, target_system, target_component, payload = values
+            if for_us(target_system, target_component):
+                self._answer(payload, system, component)
         else:
             burst = self._bursts.pop(0)
             if self._go_on(burst):
@@ -76,7 +89,7 @@ class FileServer:
             self._refuse(to, MAV_FTP_ERR_UNKNOWNCOMMAND)
         elif index < 0 or session:
             self._refuse(to, MAV_FTP_ERR_INVALIDSESSION)
-        elif offset >= FILES[index][1]:
+        elif offset >= SIZES[index]:
             self._refuse(to, MAV_FTP_ERR_EOF, offset)
         else:
             piece = min(size or _MOST, _MOST)
@@ -85,7 +98,7 @@ class FileServer:
             else:
                 self._end_burst(system, component)
                 piece = min(piece, max(self._link.budget.longest() - _AROUND, _LEAST))
-                burst = [system, component, sequence, index, offset, piece]
+                burst = _Burst(system, component, sequence, index, offset, piece)
                 if self._go_on(burst):
                     self._bursts = self._bursts[1 - _BURSTS :]  # the eldest gives way: its station asks again
                     self._bursts.append(burst)
@@ -94,15 +107,13 @@ class FileServer:
         """Open a file, or tell its checksum."""
         end = name.find(b"\0")
         name = (name if end < 0 else name[:end]).lstrip(b"/")
-        for index in range(len(FILES)):
-            if FILES[index][0] == name and self._has(index):
+        for index in range(len(NAMES)):
+            if NAMES[index] == name and self._has(index):
                 system, component, sequence, _, opcode = to
-                number = FILES[index][2]
+                number = CRC32S[index]
                 if opcode == MAV_FTP_OPCODE_OPENFILERO:
-                    number = FILES[index][1]
-                    others = [one for one in self._sessions if one[0] != system or one[1] != component]
-                    self._sessions = others[1 - _STATIONS :]
-                    self._sessions.append((system, component, index))
+                    number = SIZES[index]
+                    self._open_session(system, component, index)
                 struct.pack_into("<I", self._payload, _DATA, number)
                 self._acknowledge((system, component, sequence, 0, opcode), 4, 0)
                 return
@@ -110,16 +121,16 @@ class FileServer:
 
     def _go_on(self, burst):
         """Send the next piece of a burst; False if it was the last."""
-        system, component, sequence, index, offset, piece = burst
-        last = offset + piece >= FILES[index][1]
-        to = (system, component, sequence, 0, MAV_FTP_OPCODE_BURSTREADFILE)
-        burst[2] = (sequence + 1) & 0xFFFF
-        burst[4] = offset + piece
-        return self._send_piece(to, index, offset, piece, 1 if last else 0) and not last
+        to = (burst.system, burst.component, burst.sequence, 0, MAV_FTP_OPCODE_BURSTREADFILE)
+        offset = burst.offset
+        burst.sequence = (burst.sequence + 1) & 0xFFFF
+        burst.offset += burst.piece
+        last = burst.offset >= SIZES[burst.index]
+        return self._send_piece(to, burst.index, offset, burst.piece, 1 if last else 0) and not last
 
     def _send_piece(self, to, index, offset, piece, complete):
         """Send bytes of a file; False if it cannot be read."""
-        piece = min(piece, FILES[index][1] - offset)
+        piece = min(piece, SIZES[index] - offset)
         file = self._file if self._has(index) else None
         try:
             if file is None:
@@ -138,10 +149,19 @@ class FileServer:
             if self._file is not None:
                 self._file.close()
             self._open = -1
-            self._file = _open_beside(FILES[index][0].decode())
+            self._file = _open_beside(NAMES[index].decode())
             if self._file is not None:
                 self._open = index
         return self._open == index
+
+    def _open_session(self, system, component, index):
+        sessions = []
+        for session in self._sessions:
+            station, part, _ = session
+            if station != system or part != component:
+                sessions.append(session)
+        self._sessions = sessions[1 - _STATIONS :]
+        self._sessions.append((system, component, index))
 
     def _index_of(self, system, component):
         """The file that a station has opened, or -1."""
@@ -151,7 +171,7 @@ class FileServer:
         return -1
 
     def _end_burst(self, system, component):
-        self._bursts = [burst for burst in self._bursts if burst[0] != system or burst[1] != component]
+        self._bursts = [burst for burst in self._bursts if burst.system != system or burst.component != component]
 
     def _acknowledge(self, to, size, offset, complete=0):
         self._send(to, MAV_FTP_OPCODE_ACK, size, offset, complete)

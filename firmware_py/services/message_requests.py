@@ -25,7 +25,7 @@ from ..mavlink.generated_messages import (
     MESSAGES,
 )
 from ..modes.mode_machine import NAMES
-from .generated_metadata import FILES, GENERAL, GENERAL_URI
+from .generated_metadata import CRC32S, GENERAL, GENERAL_URI
 
 FIRMWARE_VERSION = (0, 1, 0)
 _CAPABILITIES = (
@@ -86,9 +86,10 @@ class MessageRequests:
         elif message == AVAILABLE_MODES_MONITOR:
             self._link.answer(AVAILABLE_MODES_MONITOR, (0,))
         elif message == COMPONENT_METADATA:
-            self._link.answer(COMPONENT_METADATA, (uptime_us // 1000, FILES[GENERAL][2], GENERAL_URI))
+            self._link.answer(COMPONENT_METADATA, (uptime_us // 1000, CRC32S[GENERAL], GENERAL_URI))
         else:
-            self._link.budget.spend_on_answer(MESSAGES[message][2] + _AROUND)  # at most
+            _, _, length, _ = MESSAGES[message]
+            self._link.budget.spend_on_answer(length + _AROUND)  # at most
             self._telemetry.send(message, now, uptime_us)
 
     def send_some(self):

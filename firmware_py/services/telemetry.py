@@ -39,6 +39,7 @@ _FIRST_US = (0, _SECOND // 4, _SECOND // 2, _SECOND // 8, 0)  # not all in one t
 _USUAL_US = (_SECOND, 2 * _SECOND, _SECOND, 0, 0)  # 0: a parameter says
 _OF_KITE = (LOCAL_POSITION_NED, KITE_STATE)  # need a sample
 _FROM_START = (HEARTBEAT,) + _STREAMS
+_OF_MODE = _STREAMS.index(CURRENT_MODE)
 
 
 class Telemetry:
@@ -85,8 +86,8 @@ class Telemetry:
             budget.spend_on_text(self._link.send(STATUSTEXT, self._texts.pop(0)))
         if changed:
             self._mode = self._autopilot.modes.mode
-            if self._asked[1] >= 0:
-                due[1] = now
+            if self._asked[_OF_MODE] >= 0:
+                due[_OF_MODE] = now
         heard = self._autopilot.kite.has_heard()
         for index in range(len(due)):
             period = self._period_us(index) if heard or _STREAMS[index] not in _OF_KITE else 0

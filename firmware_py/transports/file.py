@@ -40,4 +40,4 @@ class FileTransport:
         return self._readable(timeout_ms)
 
     def _readable(self, timeout_ms):
-        return any(event[1] & select.POLLIN for event in self._poll.poll(timeout_ms))
+        return any(events & select.POLLIN for _, events in self._poll.poll(timeout_ms))

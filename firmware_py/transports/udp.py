@@ -54,6 +54,14 @@ class UdpTransport:
         return bool(self._poll.poll(timeout_ms))
 
 
+class _Station:
+    """Who else is sent to: `heard` is when they last sent something [us, wrapped], or _GONE."""
+
+    def __init__(self, address, heard):
+        self.address = address
+        self.heard = heard
+
+
 class UdpStations:
     """Datagrams to and from several ground stations: the one at `host`, and up to _OTHERS that have sent something.
 
@@ -72,7 +80,7 @@ class UdpStations:
         self._peer = socket.getaddrinfo(host, port)[0][-1]
         self._poll = select.poll()
         self._poll.register(self._socket, select.POLLIN)
-        self._others = []  # [address, when heard (us, wrapped) or _GONE], the one heard last at the end
+        self._others = []  # the one heard last at the end
         try:
             self._socket.bind(socket.getaddrinfo("0.0.0.0", port)[0][-1])
         except OSError:  # taken, on a PC
@@ -94,9 +102,9 @@ class UdpStations:
         self._send(data, self._peer)
         now = self._ticks_us()
         for station in self._others:
-            if station[1] is not _GONE and ticks_diff(now, station[1]) > _SILENT_US:
-                station[1] = _GONE  # noted while the clock has not wrapped
-            self._send(data, station[0])
+            if station.heard is not _GONE and ticks_diff(now, station.heard) > _SILENT_US:
+                station.heard = _GONE  # noted while the clock has not wrapped
+            self._send(data, station.address)
 
     def wait(self, timeout_ms):
         """Wait for a datagram; False if none came within `timeout_ms`."""
@@ -106,16 +114,16 @@ class UdpStations:
         """Keep a station's place, or give it one if there is any; the longest silent one gives way first."""
         others = self._others
         for index in range(len(others)):
-            if others[index][0] == sender:
+            if others[index].address == sender:
                 station = others.pop(index)
-                station[1] = self._ticks_us()
+                station.heard = self._ticks_us()
                 others.append(station)
                 return
         if len(others) >= _OTHERS:
-            if others[0][1] is not _GONE:
+            if others[0].heard is not _GONE:
                 return
             others.pop(0)
-        others.append([sender, self._ticks_us()])
+        others.append(_Station(sender, self._ticks_us()))
 
     def _send(self, data, address):
         try:
