@@ -2,8 +2,8 @@
 
 # (name, bytes, MAVLink's CRC32)
 FILES = (
-    (b'general.json', 96, 3564641677),
-    (b'parameters.json', 9308, 2987461035),
+    (b'general.json', 96, 3955363683),
+    (b'parameters.json', 9242, 4068880636),
 )
 GENERAL_URI = b'mftp:///general.json'
 GENERAL = 0

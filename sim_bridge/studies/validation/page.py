@@ -22,7 +22,7 @@ machine that made it. {attribution}.
 ## The turning-rate law on real flights
 
 Least squares on the reel-out of each cycle (`kite-sitl identify FILE`): heading rate on airspeed times actual steering,
-a constant, and gravity; the meridians' turning is taken out first. ± is a standard deviation that allows for residuals
+a constant, and gravity; meridian convergence is taken out first. ± is a standard deviation that allows for residuals
 correlated over seconds. Each half's law is then held against the other half.
 
 """
@@ -31,19 +31,20 @@ correlated over seconds. Each half's law is then held against the other half.
 def add_reality_verb(verbs: Any) -> None:
     """Add `reality` to the verbs of `kite-sitl`."""
     reality = verbs.add_parser(
-        "reality", help="hold law and plants against real flights and each other, in a page of tables",
+        "reality", help="compare the turning-rate law and the plants with real flights and each other, in a page of "
+                        "tables",
         description="Identify the turning-rate law on real flights and on every plant, fly them, and write the tables "
         "as a Markdown page. Takes some minutes.")
-    reality.add_argument("files", nargs="+", metavar="FLIGHT", help="real flights, two or more, CSV or CSV.gz")
+    reality.add_argument("files", nargs="+", metavar="FLIGHT", help="two or more real flights, CSV or CSV.gz")
     reality.add_argument("--out", metavar="FILE.md", default="reality.md", help="the page (default: reality.md)")
-    reality.add_argument("--force", action="store_true", help="write over a page that is there")
+    reality.add_argument("--force", action="store_true", help="overwrite an existing page")
     reality.set_defaults(do=reality_command)
 
 
 def reality_command(options: Namespace) -> int:
     """`kite-sitl reality`."""
     if len(options.files) < 2:
-        raise ScenarioError("reality: two flights at least are needed, so that one can be predicted from another")
+        raise ScenarioError("reality: at least two flights are needed, so that one can be predicted from another")
     check_new_file(Path(options.out), options.force)
     text = _page([Path(name) for name in options.files])
     try:
@@ -61,7 +62,8 @@ def _page(files: list[Path]) -> str:
                         version=metadata.version("kitepilot"), python=platform.python_version(),
                         attribution=records[0].attribution or records[0].title)
     text += real_flights.law_table(names, records)
-    text += "The steering actuator, from set to actual steering:\n\n" + real_flights.actuator_table(names, records)
+    text += "The steering actuator, from commanded to actual steering:\n\n"
+    text += real_flights.actuator_table(names, records)
     notice("the real flights: identified")
     text += ("## Heading, predicted\n\nThe law is integrated open loop with the recorded airspeed, from a fresh state "
              "at each window's start,\non flights that it was not fitted to; the worst of all cross-fits.\n\n")

@@ -12,7 +12,7 @@ from sim_bridge.runs.run import RunOptions, run_scenario
 from sim_bridge.scenario.scenario import Scenario, load_scenario
 from sim_bridge.studies.validation.tables import table, with_std
 
-_LIMITS_DEG = {("actual", 2.0): 5.5, ("actual", 5.0): 11.0, ("set", 2.0): 7.0, ("set", 5.0): 13.0}
+_LIMITS_DEG = {("actual", 2.0): 5.5, ("actual", 5.0): 11.0, ("commanded", 2.0): 7.0, ("commanded", 5.0): 13.0}
 _TURBULENCE = 0.15
 
 
