@@ -13,9 +13,9 @@ def delay_lines(report: DelayReport) -> list[str]:
     loop, trip = report.loop, report.round_trip
     lines = ["loop delay, counted:"]
     if loop.sample_age_s is None:
-        lines.append("  sample age at the tick             -       sensor and firmware clocks differ")
+        lines.append("  sample age at the tick               -       sensor and firmware clocks differ")
     else:
-        lines.append(f"  sample age at the tick        {loop.sample_age_s:8.3f} s   90 % from "
+        lines.append(f"  sample age at the tick          {loop.sample_age_s:8.3f} s   90 % from "
                      f"{loop.sample_age_low_s:.3f} to {loop.sample_age_high_s:.3f} s")
     if loop.rest_s is not None:
         lines.append(f"  steering link, actuator, kite   {loop.rest_s:8.3f} s   the rest")
@@ -27,7 +27,7 @@ def delay_lines(report: DelayReport) -> list[str]:
         lines.append("  ground link: no answer")
     else:
         lost = "" if trip.loss is None else f", {trip.loss:.0%} unanswered"
-        lines.append(f"  ground link, round trip     {trip.median_s:8.3f} s   90 % from {trip.low_s:.3f} to "
+        lines.append(f"  ground link, round trip         {trip.median_s:8.3f} s   90 % from {trip.low_s:.3f} to "
                      f"{trip.high_s:.3f} s{lost}")
     return lines
 

@@ -26,7 +26,7 @@ from sim_bridge.runs.run import FOREVER_LIMIT_MB, RUNTIMES
 from sim_bridge.runtimes.interface import FirmwareError
 from sim_bridge.scenario.keys import PLANTS
 from sim_bridge.scenario.scenario import ScenarioError
-from sim_bridge.studies.validation.page import add_reality_verb
+from sim_bridge.studies.validation.page import add_validate_verb
 
 
 def _speed(text: str) -> float:
@@ -74,7 +74,7 @@ def _parser() -> argparse.ArgumentParser:
                        help="simulated seconds (default: 60; 600 for micropython)")
     bench.set_defaults(do=actions.bench)
     add_sweep_verb(verbs)
-    add_reality_verb(verbs)
+    add_validate_verb(verbs)
     add_design_verb(verbs)
     add_identify_verb(verbs)
     add_board_verbs(verbs)

@@ -58,7 +58,7 @@ def test_modes_and_waiting(kite):
     assert kite.wait_for(lambda state: state.mode == dialect.KITE_MODE_TRACK, 5.0).mode == dialect.KITE_MODE_TRACK
     with pytest.raises(ground.NoAnswerError, match=r"^a dive: did not happen within 2 s, in \d+ states of the kite$"):
         kite.wait_for(lambda state: state.elevation < -1.0, 2.0, what="a dive")
-    with pytest.raises(ground.UsageError, match="no mode is called 'LOITER': must be one of STANDBY"):
+    with pytest.raises(ground.UsageError, match="no mode 'LOITER': must be one of STANDBY"):
         kite.set_mode("LOITER")
     kite.parameters["STATE_HZ"] = 0.0
     kite.wait(1.0)

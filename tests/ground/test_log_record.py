@@ -15,7 +15,7 @@ from protocol.parameter_table import load_parameters
 def test_a_recording_has_the_parameters_and_the_round_trips(operator, tmp_path):
     path = tmp_path / "flight.tlog"
     assert operator.runs("record", path, "--duration", "6") == 0
-    assert "messages in 6 s recorded to" in operator.said and "0.0% of the kite's were lost" in operator.said
+    assert "messages in 6 s recorded to" in operator.said and "0.0% of the kite's messages were lost" in operator.said
     log = read_flight_log(path)
     vehicle = log.vehicle()
     parameters = LoggedParameters(log, vehicle)

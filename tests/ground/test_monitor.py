@@ -46,7 +46,7 @@ def test_it_warns_of_losses_of_a_way_up_that_is_gone_and_of_silence(simulated_ki
     assert screen(session, [silent], 80, 24)[1].startswith("! NO MESSAGE FOR 20 s")
     kite.change_link(down=LinkSettings(), up=LinkSettings())
     fly(session, 10.0)
-    assert ["the kite is too slow to see where it flies" in text for text in advisor.warnings()] == [True]
+    assert ["the kite is too slow to measure its course" in text for text in advisor.warnings()] == [True]
 
 
 def test_it_warns_of_a_turning_angle_that_swings(flying_kite):

@@ -91,7 +91,7 @@ def test_edited_sent_and_acknowledged_are_told_apart_when_the_link_goes(simulate
             kite.radios[0].broken = True
 
     with pytest.raises(NoAnswerError, match=r"edited, not sent, \d+ sent, not acknowledged, 2 acknowledged by the "
-                       r"vehicle: no answer in \d+ s: the link is down \(link simulated: serial port disconnected\)$"):
+                       r"kite: no answer in \d+ s: the link is down \(link simulated: serial port disconnected\)$"):
         session.parameters.write(changes, cut)
     for change in changes:
         held = kite.firmware_parameter(change.name)

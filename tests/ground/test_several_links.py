@@ -79,7 +79,7 @@ def test_a_link_that_breaks_is_opened_again_and_the_other_carries_on(simulated_k
     assert notices == ["link simulated: serial port disconnected; retrying every 1 s"]
     kite.radios[0].broken = False
     fly(session, 3.0)
-    assert notices[1:] == ["link simulated: is back"]
+    assert notices[1:] == ["link simulated: back"]
     assert session.links.all[0].hears(kite.clock())
     fly(session, 60.0)
     assert session.connection.round_trip.seconds == pytest.approx(0.06, abs=0.03)

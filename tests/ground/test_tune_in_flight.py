@@ -35,8 +35,8 @@ def test_tune_measures_shows_and_steps(flying_kite, operator_of):
     """P = 1 is too slow for a delay of 0.2 s: half as much again tracks better, and stays."""
     operator = operator_of(flying_kite("paper-delay", INNER_P=1.0))
     assert operator.runs("tune", "--step", "+50%", "--yes") == 0
-    for words in ("sample age at the tick           0.100 s", "steering link, actuator, kite      0.100 s",
-                  "steering until its turn is seen    0.200 s", "ground link, there and back",
+    for words in ("sample age at the tick             0.100 s", "steering link, actuator, kite      0.100 s",
+                  "total, steering to turn            0.200 s", "ground link, round trip",
                   "0 [------P----o------", "INNER_P                            1       1.5",
                   "INNER_P = 1.5 1/s, acknowledged by the kite\n"):
         assert words in operator.said

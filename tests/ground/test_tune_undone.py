@@ -127,8 +127,8 @@ def test_what_cannot_be_undone_is_said_with_the_command_that_does_it(flying_kite
     with pytest.raises(GroundError):
         operator.runs(*STEP)
     (shouted,) = [line for line in operator.remarked.splitlines() if line.startswith("NOT UNDONE")]
-    assert shouted == ("NOT UNDONE, not acknowledged by the kite: INNER_P (tried: 1.5); as soon as it is heard "
-                       "again: kite-ground param set INNER_P 1")
+    assert shouted == ("NOT UNDONE, not acknowledged by the kite: INNER_P (tried: 1.5); when it is heard again, "
+                       "run: kite-ground param set INNER_P 1")
     assert kite.firmware_parameter(GAIN) == 1.5
     kite.change_link(LinkSettings(delay_s=0.05), LinkSettings(delay_s=0.05))
     with pytest.raises(VehicleError, match=r"^NOT UNDONE"), Trial(kite.session(tell)) as trial:
@@ -169,7 +169,7 @@ def test_identified_settings_that_make_the_flight_run_away_are_undone_at_once(fl
         {"TURN_K": 0.3, "PRED_DELAY": 0.9}, {"INNER_P": 30.0}))
     operator = operator_of(kite)
     assert operator.runs("tune", "--identify", "--yes") == 0
-    assert "the flight diverged" in operator.remarked and "the old values are back" in operator.said
+    assert "the flight diverged" in operator.remarked and "old values restored" in operator.said
     assert {name: kite.firmware_parameter(name) for name in IDENTIFIED} == before
     assert kite.clock() < 2.0 + 5.0 + 40.0 + 25.0
 
