@@ -28,8 +28,8 @@ sitl: $(VENV)/.installed ## fly SCENARIO in real time, ground stations welcome o
 paper: $(VENV)/.installed ## the paper's figures and numbers into docs/figures
 	$(BIN)/kite-sitl paper --out docs/figures --force
 
-reality: $(VENV)/.installed ## the tables of docs/reality.md: the law on real flights and on every plant (minutes)
-	$(BIN)/kite-sitl reality $(wildcard tests/data/flight/*.csv.gz) --out docs/reality.md --force
+validate: $(VENV)/.installed ## the tables of docs/validation.md: the law on real flights and on every plant (minutes)
+	$(BIN)/kite-sitl validate $(wildcard tests/data/flight/*.csv.gz) --out docs/validation.md --force
 
 $(VENV)/.installed-boards: $(VENV)/.installed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[boards]'
@@ -83,4 +83,4 @@ architecture: $(VENV)/.installed-dev ## draw the pictures of docs/architecture.m
 clean: ## remove .venv and what was built
 	rm -rf $(VENV) mutants build dist *.egg-info
 
-.PHONY: help install sitl paper reality flash board-image generate lint type test soak mutants architecture clean
+.PHONY: help install sitl paper validate flash board-image generate lint type test soak mutants architecture clean

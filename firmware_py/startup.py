@@ -44,7 +44,7 @@ def read_board_file():
         import board  # noqa: PLC0415  # pyright: ignore[reportMissingImports]  the user's, on the board
     except ImportError as error:
         if "'board'" in str(error):
-            return None, "there is none: copy the template, and write your settings"
+            return None, "not found: copy the template and enter your settings"
         return None, str(error)
     except SyntaxError as error:
         return None, "not Python: " + str(error)
@@ -68,7 +68,7 @@ def _make_board(module, settings):
     try:
         return module.Board(settings, tell)
     except (ValueError, OSError, TypeError) as error:
-        tell("board.py: the hardware refuses it: %s" % error)
+        tell("board.py: rejected by the hardware: %s" % error)
         module.blink(settings.light_pin, SETTINGS)
         return None
 
@@ -86,7 +86,7 @@ def _run(board, settings):
         if board.is_watched():
             if board.actuator is not None:
                 board.actuator.write(0.0, False)
-            tell("the loop has failed; the watchdog resets the board")
+            tell("the loop failed; the watchdog resets the board")
             return
         reason = "a failure"
     board.stop(STOPPED)

@@ -92,7 +92,7 @@ class Kite:
         """Change to `mode`, by its name, likewise. Raises UsageError where there is no such mode."""
         number = next((value for value, name in MODE_NAMES.items() if name == mode.upper()), None)
         if number is None:
-            raise UsageError(f"no mode is called {mode!r}: should be one of {', '.join(MODE_NAMES.values())}")
+            raise UsageError(f"no mode {mode!r}: must be one of {', '.join(MODE_NAMES.values())}")
         with self._serving.held():
             self.session.commander.set_mode(number)
 
@@ -123,8 +123,8 @@ class Kite:
             if isinstance(found, KiteState):
                 return found
             if seen:
-                raise NoAnswerError(f"{what}: not in {timeout_s:g} s, in none of {seen} states of the kite")
-            raise NoAnswerError(f"{what}: no KITE_STATE came: {self.session.connection.why_silent(started_s)}; "
+                raise NoAnswerError(f"{what}: did not happen within {timeout_s:g} s, in {seen} states of the kite")
+            raise NoAnswerError(f"{what}: no KITE_STATE received: {self.session.connection.why_silent(started_s)}; "
                                 "or is STATE_HZ 0?")
 
     def measure_delay(self, seconds: float = DELAY_MEASURE_S) -> DelayReport:

@@ -13,8 +13,8 @@ from ground.vehicle.commands import Commander
 from ground.vehicle.state import VehicleState
 
 _ADVICE = {
-    "udpin": "is the vehicle running, and does it send to this address and port?",
-    "udpout": "is the vehicle running, and does it listen on this address and port?",
+    "udpin": "is the kite running, and does it send to this address and port?",
+    "udpout": "is the kite running, and does it listen on this address and port?",
     "serial": "is the board powered, is this its port, and is the baud rate right?",
 }
 _CONTRACT_S = 8.0
@@ -51,10 +51,10 @@ class Session:
             raise UsageError(f"{nothing} from system {self._vehicle_system}: heard system {heard}; check --system")
         if count := sum(link.bytes_received for link in self.links.all):
             raise UsageError(f"{nothing}, though {count} bytes came: "
-                             "is that MAVLink, from a vehicle, and at the right baud rate?")
+                             "is that MAVLink, from a kite, and is the baud rate right?")
         kinds = {link.name.partition(":")[0] for link in self.links.all}
         advice = _ADVICE.get(kinds.pop(), "") if len(kinds) == 1 else ""
-        raise UsageError(f"{nothing}: {advice or 'is the vehicle running, and are these its links?'}")
+        raise UsageError(f"{nothing}: {advice or 'is the kite running, and are these its links?'}")
 
     def check_contract(self) -> None:
         """Give the vehicle a few seconds to say which contract it has: what follows depends on the table.
@@ -66,7 +66,7 @@ class Session:
         self.connection.wait_until(lambda: self.connection.round_trip.seconds is not None,
                                    _CONTRACT_S - (self.connection.clock() - started_s))
         if not known:
-            self.notice(f"warning: the vehicle did not say within {_CONTRACT_S:g} s which contract it was built with: "
+            self.notice(f"warning: the kite did not report its contract within {_CONTRACT_S:g} s: "
                         "names, limits and units are those of this ground station")
 
     def __enter__(self) -> "Session":

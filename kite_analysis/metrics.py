@@ -11,14 +11,14 @@ UNSTABLE_SATURATION = 0.3
 ASTRAY = 0.5  # cross-track error over half the width of the eight: such a kite flies another curve
 TRACKING, UNSTABLE, LOST, NOT_MEASURED = VERDICTS = ("tracking", "unstable", "lost", "not measured")
 RULE = f"""\
-A flight is judged from run.settle_s on, by where the simulated kite really was; telemetry plays no part.
-  lost          it came down, or was not in TRACK for part of the measured time (disarmed, parked, steered
+A flight is judged from run.settle_s on, by the true position of the simulated kite, not by telemetry.
+  lost          the kite crashed, or was not in TRACK for part of the measured time (disarmed, parked, steered
                 by hand, or silent for 3 s); the numbers are those of the time in TRACK
   unstable      the turning-angle error is above {UNSTABLE_TURNING_ANGLE:g} rad RMS, the steering at its limit for more
                 than {100 * UNSTABLE_SATURATION:.0f} % of the time, or the cross-track error above a quarter of the
                 eight's width, RMS
   tracking      none of these
-  not measured  it ended before run.settle_s
+  not measured  the flight ended before run.settle_s
 The mode is that of the autopilot's heartbeat, which it sends each second and at each change of mode."""
 
 
@@ -61,7 +61,7 @@ def measure(track: Track, settle_s: float, crash: str | None) -> Metrics:
     if crash:
         return numbers._replace(verdict=LOST, trouble=crash)
     if not measured.any():
-        return numbers._replace(trouble=f"it ended before run.settle_s = {settle_s:g} s: fly longer")
+        return numbers._replace(trouble=f"the flight ended before run.settle_s = {settle_s:g} s: fly longer")
     if away.any():
         return numbers._replace(verdict=LOST, trouble=_why_lost(track.time_s, measured, away))
     return numbers

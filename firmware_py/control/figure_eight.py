@@ -72,7 +72,7 @@ class FigureEight:
         )
 
     def geodesic_curvature(self, s):
-        """Turning per distance flown [rad/rad] at `s`, without the turning of the meridians themselves.
+        """Turning per distance flown [rad/rad] at `s`, without meridian convergence.
 
         With east = cos(elevation) azimuth': (east elevation'' - east' elevation') / w^2 + east tan(elevation), over w,
         the way for each s.
@@ -85,11 +85,11 @@ class FigureEight:
         azimuth_rate = self.half_width * cos_s
         elevation_rate = height * (cos_s * cos_s - sin_s * sin_s)
         east = level * azimuth_rate
-        lift = sin(elevation) * azimuth_rate  # east tan(elevation)
+        convergence = sin(elevation) * azimuth_rate  # east tan(elevation)
         square = elevation_rate * elevation_rate + east * east
-        turning = (level * self.half_width * sin_s + lift * elevation_rate) * elevation_rate
+        turning = (level * self.half_width * sin_s + convergence * elevation_rate) * elevation_rate
         turning -= 4.0 * height * sin_s * cos_s * east
-        return (turning / square + lift) / sqrt(square)
+        return (turning / square + convergence) / sqrt(square)
 
 
 class CurveCheck:
@@ -123,7 +123,7 @@ class CurveCheck:
         self.problem = None
         least = values[EIGHT_ELEVATION] - values[EIGHT_HALF_H]
         if least < values[EIGHT_LEAST_EL]:
-            self.problem = "eight goes down to %.1f deg, least is %.1f" % (least, values[EIGHT_LEAST_EL])
+            self.problem = "eight goes down to %.1f deg, minimum is %.1f" % (least, values[EIGHT_LEAST_EL])
         elif values[EIGHT_ELEVATION] + values[EIGHT_HALF_H] > _HIGHEST:
             self.problem = "eight goes over the zenith"
         self.done = self.problem is not None
@@ -141,6 +141,6 @@ class CurveCheck:
                 self._curvature = curvature
             self._next += 1
             if self._next == _CHECKED_POINTS and self._curvature > self._most_curvature:
-                self.problem = "eight turns in %.1f deg, kite only in %.1f" % (
+                self.problem = "eight needs %.1f deg radius, kite manages %.3g" % (
                     degrees(1.0 / self._curvature), degrees(1.0 / self._most_curvature))
             self.done = self.problem is not None or self._next == _CHECKED_POINTS

@@ -61,16 +61,16 @@ class Steering:
             self.status = KITE_STATUS_AIRSPEED_FLOOR
         error = self.error = wrap(target_course - kite.course)
         rate = config.feed_forward * target_rate
-        own = 0.0  # turning by gravity
+        gravity_rate = 0.0  # turning by gravity
         if config.gravity_c:
-            own = config.gravity_c / airspeed * sin(kite.heading) * cos(kite.elevation)
+            gravity_rate = config.gravity_c / airspeed * sin(kite.heading) * cos(kite.elevation)
         full = gains.turn_k * airspeed
         if kite.turning_slew:
-            needed = kite.turning_ratio * rate - config.turn_offset - own
+            needed = kite.turning_ratio * rate - config.turn_offset - gravity_rate
             most = full * config.limit
             error -= _still_turning(kite, max(-most, min(most, needed)))
         rate += gains.gain_p * error
-        rate = kite.turning_ratio * rate - config.turn_offset - own
+        rate = kite.turning_ratio * rate - config.turn_offset - gravity_rate
         self._limit(rate / full, dt)
 
     def hold(self, steering, dt):

@@ -39,5 +39,5 @@ class As5600:
         if not self.magnet & _DETECTED:
             return "no magnet"
         if self.magnet & _TOO_WEAK:
-            return "magnet weak: bring it nearer"
+            return "magnet weak: move it closer"
         return "magnet strong: move it away" if self.magnet & _TOO_STRONG else ""

@@ -95,7 +95,7 @@ class Estimator:
         self._oldest = 0  # the position that the chord starts from
         self._chord = 0.0
         self._span = 0.0
-        self._turning = 0.0  # smoothed rate of the chord's direction, without the meridians' turning [rad/s]
+        self._turning = 0.0  # smoothed rate of the chord's direction, without meridian convergence [rad/s]
         self.meridian_turning = 0.0  # since the sample before, to be added to a change of course or heading [rad]
 
     def has_heard(self):

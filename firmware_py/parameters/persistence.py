@@ -43,7 +43,7 @@ class Keeper:
         if was_armed is None:
             self._load()
         else:
-            self._report.append((MAV_SEVERITY_WARNING, "parameters as before the reset"))
+            self._report.append((MAV_SEVERITY_WARNING, "parameters restored after the reset"))
             self._unsaved = self.store is not None
         for severity, text in self._report:
             self._say(severity, text)
@@ -90,7 +90,7 @@ class Keeper:
             self._unsaved = True
             if not self._told_spared:
                 self._told_spared = True
-                self._say(MAV_SEVERITY_WARNING, "parameters saved later: flash spared")
+                self._say(MAV_SEVERITY_WARNING, "saving parameters later to spare the flash")
             return False
         self._writes_left -= 1
         self._unsaved = self._told_spared = False
@@ -134,7 +134,7 @@ class Keeper:
             return None
         was_armed = self._recovery.load(self._parameters)
         if was_armed is None:
-            self._report.append((MAV_SEVERITY_WARNING, "nothing kept from before the reset"))
+            self._report.append((MAV_SEVERITY_WARNING, "nothing retained from before the reset"))
         return was_armed
 
     def _load(self):
@@ -153,8 +153,8 @@ def describe(report):
     if report.damaged:
         texts.append((MAV_SEVERITY_WARNING, "%d of 2 parameter slots damaged" % report.damaged))
     for names, what in (
-        (report.unknown, "left out, unknown here: "),
-        (report.refused, "left out, out of range: "),
+        (report.unknown, "skipped, unknown here: "),
+        (report.refused, "skipped, out of range: "),
         (report.missing, "not stored, at default: "),
     ):
         if names:

@@ -27,8 +27,8 @@ class Drift:
         self._up = 0.0  # the wind across the tether, along e1 and e2, smoothed
         self._across = 0.0
         self._air = 0.0  # airspeed
-        self._ahead = 0.0  # the wind along nose and b as they are at the sample
-        self._aside = 0.0
+        self._tailwind = 0.0  # the wind along nose and b as they are at the sample
+        self._crosswind = 0.0
         self._rest_forward = 0.0  # what the wind does not turn with
         self._rest_sideways = 0.0
         self._angle = 0.0  # from heading to course
@@ -42,22 +42,22 @@ class Drift:
         self._angle = kite.course - kite.heading
         if not self._angle or kite.valid & _NEEDED != _NEEDED or kite.coasting:
             self.blown = False
-            self._ahead = self._aside = 0.0
+            self._tailwind = self._crosswind = 0.0
             return
         speed = kite.sphere_speed()
         nose_up = cos(kite.heading)
         nose_across = sin(kite.heading)
         self._air = airspeed / kite.distance
-        ahead = speed * cos(self._angle) - self._air
-        aside = speed * sin(self._angle)
-        up = ahead * nose_up - aside * nose_across
-        across = ahead * nose_across + aside * nose_up
+        tailwind = speed * cos(self._angle) - self._air
+        crosswind = speed * sin(self._angle)
+        up = tailwind * nose_up - crosswind * nose_across
+        across = tailwind * nose_across + crosswind * nose_up
         share = kite.interval / (kite.interval + _SMOOTHING) if self.blown and kite.interval > 0.0 else 1.0
         self.blown = True
         up = self._up = self._up + share * (up - self._up)
         across = self._across = self._across + share * (across - self._across)
-        self._ahead = up * nose_up + across * nose_across
-        self._aside = across * nose_up - up * nose_across
+        self._tailwind = up * nose_up + across * nose_across
+        self._crosswind = across * nose_up - up * nose_across
 
     def begin(self, kite):
         """Go back to the newest sample of the `kite`."""
@@ -67,15 +67,15 @@ class Drift:
         if self._angle:
             self.forward = speed * cos(self._angle)
             self.sideways = speed * sin(self._angle)
-        self._rest_forward = self.forward - self._ahead
-        self._rest_sideways = self.sideways - self._aside
+        self._rest_forward = self.forward - self._tailwind
+        self._rest_sideways = self.sideways - self._crosswind
 
     def turn(self, turned):
         """The velocity when the kite has turned by `turned` [rad] since the sample."""
         along = cos(turned)
         beside = sin(turned)
-        self.forward = self._rest_forward + self._ahead * along + self._aside * beside
-        self.sideways = self._rest_sideways + self._aside * along - self._ahead * beside
+        self.forward = self._rest_forward + self._tailwind * along + self._crosswind * beside
+        self.sideways = self._rest_sideways + self._crosswind * along - self._tailwind * beside
 
     def end(self, turned):
         """Come to the end, turned by `turned` [rad]; return the angle from heading to course there."""

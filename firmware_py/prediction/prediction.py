@@ -117,10 +117,10 @@ class Prediction:
         """Predict from the newest sample of the `kite`, an estimate, that turns by K = `turn_k` [rad/m]."""
         if not self._followed:  # just switched on, and no sample since
             self.note_sample(kite, now)
-        lead, ticks = self._find_sample(kite, now)
+        partial, ticks = self._find_sample(kite, now)
         drift = self._drift
         drift.begin(kite)
-        turned = self._fly(kite, lead, ticks, turn_k)
+        turned = self._fly(kite, partial, ticks, turn_k)
         frame = self.frame
         self.heading = self._rotation.carry(kite.frame, kite.heading, frame)
         self.elevation = atan2(frame.z, frame.e1z)
@@ -129,21 +129,21 @@ class Prediction:
         self.turning_ratio = drift.turning_ratio
 
     def _find_sample(self, kite, now):
-        """Lead the actuator to the sample's time; return the share of a tick and the ticks that are sent from there."""
+        """Take the actuator's model to the sample's time; return the fraction of a tick and the ticks sent since."""
         config = self.config
         period = config.period_us
         late = ticks_diff(now, kite.sample_time) - self._usual_age
         horizon = self.horizon_us = max(0, min((ROOM - 1) * period, config.delay_us + late))
         ticks = -(-horizon // period)
         beyond = horizon - (ticks - 1) * period  # of the oldest of them, what lies after the sample
-        lead = beyond / period if 0 < beyond < period else 0.0
+        partial = beyond / period if 0 < beyond < period else 0.0
         measured = None
         if kite.valid & KITE_VALID_STEERING:
             measured = round(max(-_MOST_STEERING, min(_MOST_STEERING, kite.steering)) * ONE)
-        self._history.begin(ticks, lead, measured)
-        return lead, ticks - 1 if lead else ticks
+        self._history.begin(ticks, partial, measured)
+        return partial, ticks - 1 if partial else ticks
 
-    def _fly(self, kite, lead, ticks, turn_k):
+    def _fly(self, kite, partial, ticks, turn_k):
         """Rotate over the arcs from the sample on; return the turning [rad]."""
         config = self.config
         history = self._history
@@ -152,7 +152,7 @@ class Prediction:
         period = config.period_us * 1e-6
         full = turn_k * self.airspeed  # turning rate of full steering
         unit = full * period / ONE
-        bent = unit * period
+        unit_moment = unit * period
         arcs = max(1, min(_ARCS, ticks, 1 + int(unit * history.saturation * ticks / _ARC_TURN)))
         airspeed = max(self.airspeed, config.airspeed_min)
         gravity = config.gravity_c / airspeed * kite.frame.e1z
@@ -161,19 +161,19 @@ class Prediction:
         for left in range(arcs, 0, -1):
             whole = ticks // left
             ticks -= whole
-            history.advance(lead, whole, left == 1)
-            length = (lead + whole + (_TAIL if left == 1 else 0.0)) * period
-            lead = 0.0
+            history.advance(partial, whole, left == 1)
+            length = (partial + whole + (_TAIL if left == 1 else 0.0)) * period
+            partial = 0.0
             turn = unit * history.total + config.turn_offset * length
-            bend = bent * history.moment
-            mean = turned + 0.5 * turn - bend / length  # turned so far, over the arc
+            turn_moment = unit_moment * history.moment
+            mean = turned + 0.5 * turn - turn_moment / length  # turned so far, over the arc
             if gravity:
                 turn += gravity * length * sin(kite.heading + mean)
             if drift.blown:
                 drift.turn(mean)
             forward = drift.forward
             sideways = drift.sideways
-            rotation.turn(turn, forward * bend - sideways * length, forward * length + sideways * bend)
+            rotation.turn(turn, forward * turn_moment - sideways * length, forward * length + sideways * turn_moment)
             turned += turn
         full = turn_k * airspeed  # with the airspeed that is steered by
         self.steered_turning = full * history.position / ONE

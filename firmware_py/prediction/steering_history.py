@@ -55,8 +55,8 @@ class SteeringHistory:
             ticks -= 1
         self._push(round(asked * ONE))
 
-    def begin(self, ticks, lead, measured):
-        """Go to where the steering that was asked for `ticks` ago has `lead` of its tick left to act; 0 is all of it.
+    def begin(self, ticks, partial, measured):
+        """Go to where the steering commanded `ticks` ago has `partial` of its tick left to act; 0 is all of it.
 
         There the actuator is at the `measured` steering, in the model's units, or where the model has it when None.
         """
@@ -65,20 +65,20 @@ class SteeringHistory:
             self.position = max(-_MOST, min(_MOST, measured))
         elif ticks:
             self.position = self._felt[self._next & _INDEX]
-            if lead:
-                self._follow(self._next, self._limit(1.0 - lead))
+            if partial:
+                self._follow(self._next, self._limit(1.0 - partial))
         else:
             self.position = self._model
 
-    def advance(self, lead, ticks, tail):
-        """Go on by `lead` of a tick, then `ticks` whole ones, then half of one if `tail`.
+    def advance(self, partial, ticks, tail):
+        """Go on by `partial` of a tick, then `ticks` whole ones, then half of one if `tail`.
 
         In that half the steering that was asked for last is held on.
         """
         before = moment = 0.0
-        if lead:
-            before = self._follow(self._next, self._limit(lead)) * lead
-            moment = self._inner * lead * lead
+        if partial:
+            before = self._follow(self._next, self._limit(partial)) * partial
+            moment = self._inner * partial * partial
             self._next += 1
         total = weighted = inner = 0
         for index in range(ticks):
@@ -100,8 +100,8 @@ class SteeringHistory:
             eighths -= 2 * ticks * total
         self.total = 0.5 * total
         self.moment = 0.125 * eighths
-        if lead:
-            self.moment += moment + 0.5 * (self.total * lead - before * length)
+        if partial:
+            self.moment += moment + 0.5 * (self.total * partial - before * length)
             self.total += before
 
     def _push(self, asked):

@@ -10,7 +10,7 @@ from .inbox import first_of_another, sender_of
 _COMMANDS = 4
 _SETS = 2 * len(CURVE_PARAMETERS)
 _TRIES = 4
-_RESTLESS = "the eight is being changed"
+_RESTLESS = "eight changes too often to be checked"
 
 
 class CurveRequests:

@@ -2,7 +2,7 @@
 
 # Of each file: its name, its size in bytes, and MAVLink's CRC32 of it.
 NAMES = (b'general.json', b'parameters.json')
-SIZES = (96, 9308)
-CRC32S = (3564641677, 2987461035)
+SIZES = (96, 9242)
+CRC32S = (3955363683, 4068880636)
 GENERAL_URI = b'mftp:///general.json'
 GENERAL = 0

@@ -56,10 +56,10 @@ class WifiTransport:
         if joined != self._joined:
             self._joined = joined
             self._tried = now
-            self._tell("Wi-Fi " + self._ssid + (": joined as " + self._wlan.ifconfig()[0] if joined else ": lost"))
+            self._tell("Wi-Fi " + self._ssid + (": connected as " + self._wlan.ifconfig()[0] if joined else ": lost"))
         elif not joined and ticks_diff(now, self._tried) >= _JOIN_US:
             self._tried = now
-            self._tell("Wi-Fi " + self._ssid + ": not joined (status %d), trying again" % self._wlan.status())
+            self._tell("Wi-Fi " + self._ssid + ": not connected (status %d), retrying" % self._wlan.status())
             self._join()
 
     def _join(self):

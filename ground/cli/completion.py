@@ -11,8 +11,8 @@ SHELLS = ("bash", "zsh", "fish")
 
 def add_completion_command(commands) -> None:
     """Add `completion`."""
-    script = add_command(commands, "completion", print_completion, "print a script that completes commands and "
-                         "parameter names in a shell", '  eval "$(kite-ground completion bash)"\n'
+    script = add_command(commands, "completion", print_completion, "print a shell script that completes "
+                         "commands and parameter names", '  eval "$(kite-ground completion bash)"\n'
                          "  kite-ground completion fish > ~/.config/fish/completions/kite-ground.fish")
     script.add_argument("shell", choices=SHELLS)
 

@@ -29,13 +29,13 @@ def identify_and_set(args: argparse.Namespace, session: Session, history: StateH
     before = flight.effect(seconds)
     speed = args.speed_over_length or gain_advice.speed_over_length(session.state)
     if not speed:
-        raise UsageError("the kite does not say how fast it flies: --speed-over-length X, in 1/s")
+        raise UsageError("the kite does not report its speed: give --speed-over-length X, in 1/s")
     parts = propose(found, speed, loop_hz, session.parameters.table)
     old = {name: session.parameters.fetch(name) for values in parts for name in values}
     if not args.json:
         print("\n".join([*_found_lines(found), "", *_proposal_lines(parts, old)]), flush=True)
     after, kept = None, False
-    if args.yes or (not args.json and confirm(session, "fly with these?")):
+    if args.yes or (not args.json and confirm(session, "set these and fly with them?")):
         with Trial(session, tell) as trial:
             for name, value in {**parts[0], **parts[1]}.items():  # gains for a predicted kite come after the prediction
                 trial.set(name, value)
@@ -49,7 +49,7 @@ def identify_and_set(args: argparse.Namespace, session: Session, history: StateH
         print(json.dumps({**_as_dictionary(found), "proposed": {**parts[0], **parts[1]}, "present": old,
                           "before": before._asdict(), "after": after and after._asdict(), "written": kept}, indent=2))
     elif after is not None:
-        print("kept, acknowledged by the vehicle" if kept else "the old values are back, acknowledged by the vehicle")
+        print("kept, acknowledged by the kite" if kept else "old values restored, acknowledged by the kite")
     return 0
 
 
@@ -61,12 +61,12 @@ def _found_lines(found: Identified) -> list[str]:
         f"  gravity          {law.gravity_m_s2:9.4f} +- {law.gravity_m_s2_std:.2g} m/s2",
         f"  offset           {law.offset_rad_s:9.4f} +- {law.offset_rad_s_std:.2g} rad/s",
         f"delay in the loop  {found.delay_s:9.4f} +- {found.delay_s_std:.2g} s",
-        f"  samples' age     {found.sample_age_s:9.4f} s" if found.sample_age_s is not None else
-        "  samples' age             -     sensor and firmware clocks differ",
-        f"  from a sample to the actuator's reply {actuator.dead_time_s:.4f} s, R2 {actuator.actuator_r2:.4f}",
+        f"  sample age       {found.sample_age_s:9.4f} s" if found.sample_age_s is not None else
+        "  sample age               -     sensor and firmware clocks differ",
+        f"  from a sample to the actuator's response {actuator.dead_time_s:.4f} s, R2 {actuator.actuator_r2:.4f}",
     ]
     if actuator.rate_limit_per_s:
-        lines.append(f"actuator's rate    {actuator.rate_limit_per_s:9.4f} per second")
+        lines.append(f"actuator rate      {actuator.rate_limit_per_s:9.4f} per second")
     return lines
 
 
@@ -82,7 +82,7 @@ def _keep(args: argparse.Namespace, session: Session, before: Effect, after: Eff
                                ("turning-angle error, RMS", before.turning_rad, after.turning_rad)):
             print(f"{name:<26}{math.degrees(was):>6.2f} deg before{math.degrees(now):>8.2f} deg after", flush=True)
     if diverged:
-        tell("the flight ran away")
+        tell("the flight diverged")
         return False
     return after.cross_track_rad <= before.cross_track_rad if args.yes else confirm(session, "keep these?")
 

@@ -32,30 +32,32 @@ _ENDINGS = {_CSV: ".csv", _ULOG: ".ulg"}
 
 def add_log_commands(commands) -> None:
     """Add the subcommands that read logs."""
-    again = _add_reader(commands, "replay", replay, "feed a recorded flight to a ground station, as the vehicle did",
+    again = _add_reader(commands, "replay", replay, "replay a recorded flight to a ground station, as if the kite "
+                                                    "were flying",
                         "  kite-ground replay flight.tlog\n"
                         "  kite-ground replay flight.tlog --speed 4 --from 60 --to-time 120 --loop")
-    again.add_argument("--speed", type=positive, default=1.0, metavar="N", help="so many times as fast (default 1)")
-    again.add_argument("--to", default=DEFAULT_TARGET, metavar="LINK", help="where the ground station is, as --link "
-                       f"names it (default {DEFAULT_TARGET})")
+    again.add_argument("--speed", type=positive, default=1.0, metavar="N", help="playback speed, times real time "
+                                                                                "(default 1)")
+    again.add_argument("--to", default=DEFAULT_TARGET, metavar="LINK", help="address of the ground station, in the "
+                       f"form of --link (default {DEFAULT_TARGET})")
     _add_times(again, "--to-time")
-    again.add_argument("--loop", action="store_true", help="start over at the end")
-    group = commands.add_parser("log", help="do something with a recorded flight")
+    again.add_argument("--loop", action="store_true", help="repeat the flight until Ctrl-C")
+    group = commands.add_parser("log", help="convert a recorded flight")
     verbs = group.add_subparsers(dest="verb", required=True, metavar="VERB")
     out = _add_reader(verbs, "export", export, "write a recorded flight in another format",
                       "  kite-ground log export flight.tlog\n  kite-ground log export flight.tlog --format ulog\n"
                       "  kite-ground log export flight.tlog --all --out messages/")
-    out.add_argument("--format", choices=list(_ENDINGS), default=_CSV, help="csv: a row for each state message; ulog: "
+    out.add_argument("--format", choices=list(_ENDINGS), default=_CSV, help="csv: one row per KITE_STATE; ulog: "
                      "everything, for PlotJuggler and pyulog (default csv)")
-    out.add_argument("--all", action="store_true", help="with csv: a folder, with a file for each kind of message")
-    _add_output(out, "the log's name with the format's ending")
-    picture = _add_reader(commands, "plot", plot, "draw a recorded flight: the sky, turning angle, steering, links",
+    out.add_argument("--all", action="store_true", help="with csv: a folder with one file per message type")
+    _add_output(out, "the log's name with the format's extension")
+    picture = _add_reader(commands, "plot", plot, "plot a recorded flight: the sky, turning angle, steering, links",
                           "  kite-ground plot flight.tlog\n  kite-ground plot flight.tlog --from 60 --out turn.svg")
     _add_output(picture, f"the log's name with .png; {ENDINGS_IN_WORDS} names the format")
     _add_times(picture, "--to")
     for parser in (out, picture):
         parser.add_argument("--system", type=int, choices=range(1, 256), metavar="ID",
-                            help="system id of the vehicle, where the log has several")
+                            help="system id of the kite, if the log has several")
 
 
 def replay(args: argparse.Namespace, connect: Connect) -> int:
@@ -69,19 +71,19 @@ def replay(args: argparse.Namespace, connect: Connect) -> int:
         run(again, time.monotonic, sys.stderr)
     print(f"{again.sent} messages replayed in {time.monotonic() - began_s:.1f} s, {again.answered} requests answered")
     if not again.bytes_received:
-        tell(f"nobody spoke from there: does a ground station listen on {args.to.partition(':')[2]}?")
+        tell(f"no ground station answered: is one listening on {args.to.partition(':')[2]}?")
     return 0
 
 
 def export(args: argparse.Namespace, connect: Connect) -> int:
     """log export."""
     if args.all and args.format != _CSV:
-        raise UsageError(f"log export: --all is for --format {_CSV}; {args.format} has everything anyway")
+        raise UsageError(f"log export: --all goes with --format {_CSV}; {args.format} always holds everything")
     log = _read(args.file)
     if args.all:
         path = _output(args, f"{Path(args.file).stem}-csv")
         with _writing(path):
-            print(f"{write_messages(log, path)} kinds of messages written to {path}, a file each")
+            print(f"{write_messages(log, path)} message types written to {path}, one file each")
         return 0
     vehicle = log.vehicle(args.system)
     path = _output(args, f"{Path(args.file).stem}{_ENDINGS[args.format]}")
@@ -106,7 +108,7 @@ def plot(args: argparse.Namespace, connect: Connect) -> int:
     if not flight.table["time_s"].size:
         raise UsageError(f"{args.file}: no state message between {flight.from_s:g} and {flight.to_s:g} s")
     if not flight.parameters.complete:
-        tell(f"{args.file}: does not hold all parameters, so targets and limits may be missing from the picture")
+        tell(f"{args.file}: some parameters are not in the log: targets and limits may be missing from the plot")
     with _writing(path):
         save(plot_log(flight), path)
     print(f"{path} drawn")
@@ -123,18 +125,18 @@ def _add_reader(commands, name: str, function: Run, summary: str, examples: str)
 
 
 def _add_force(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--force", action="store_true", help="write over what is there")
+    parser.add_argument("--force", action="store_true", help="overwrite existing files")
 
 
 def _add_output(parser: argparse.ArgumentParser, what: str) -> None:
-    complete_files(parser.add_argument("--out", metavar="FILE", help=f"where to (default: {what})"))
+    complete_files(parser.add_argument("--out", metavar="FILE", help=f"output (default: {what})"))
     _add_force(parser)
 
 
 def _add_times(parser: argparse.ArgumentParser, to: str) -> None:
-    parser.add_argument("--from", dest="from_s", type=_time, default=0.0, metavar="S", help="from this time of the log "
-                        "on, in seconds (default 0)")
-    parser.add_argument(to, dest="to_s", type=_time, metavar="S", help="until this time (default: the end)")
+    parser.add_argument("--from", dest="from_s", type=_time, default=0.0, metavar="S", help="start at this time of the "
+                        "log, in seconds (default 0)")
+    parser.add_argument(to, dest="to_s", type=_time, metavar="S", help="stop at this time (default: the end)")
 
 
 def _time(text: str) -> float:
@@ -143,7 +145,7 @@ def _time(text: str) -> float:
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
     if not 0.0 <= value < math.inf:
-        raise argparse.ArgumentTypeError(f"{text!r} should be 0 or more, and finite")
+        raise argparse.ArgumentTypeError(f"{text!r} must be 0 or more, and finite")
     return value
 
 

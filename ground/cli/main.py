@@ -49,7 +49,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def build_parser() -> Parser:
     """The whole command line; each subcommand's `run(args, connect)` does its work and returns the exit code."""
-    parser = Parser(prog="kite-ground", description="Ground station for a kite that flies with kitepilot.",
+    parser = Parser(prog="kite-ground", description="Ground station for kites that fly with kitepilot.",
                     parents=[common_options(0)], epilog="example:\n  kite-ground --link udpin:0.0.0.0:14550 monitor")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     add_vehicle_commands(commands)

@@ -16,7 +16,7 @@ _STATUS_NAMES = {
     dialect.KITE_STATUS_SATURATED: "steering at its limit",
     dialect.KITE_STATUS_SLEWED: "steering rate at its limit",
     dialect.KITE_STATUS_COASTING: "coasting",
-    dialect.KITE_STATUS_AIRSPEED_FLOOR: "airspeed at its floor",
+    dialect.KITE_STATUS_AIRSPEED_FLOOR: "airspeed at its minimum",
 }
 
 
@@ -28,7 +28,7 @@ def screen(session: Session, warnings: list[str], width: int, height: int) -> li
     lines += [f"  {name:<16}{value}" for name, value in rows]
     said = ["", "  messages, newest first", *(_messages(session) or ["  none yet"])]
     lines = [*lines, *said[: max(height - len(lines) - 1, 0)]]
-    return [line[:width] for line in [*lines[: height - 1], "  Ctrl-C ends"]]
+    return [line[:width] for line in [*lines[: height - 1], "  Ctrl-C quits"]]
 
 
 def line(state: VehicleState, connection: Connection, elapsed_s: float) -> str:
@@ -66,7 +66,7 @@ def _warned(warnings: list[str], width: int) -> list[str]:
 def _flight(state: VehicleState) -> list[tuple[str, str]]:
     kite = state.kite
     if kite is None:
-        return [("state", "no KITE_STATE has come: is STATE_HZ 0?")]
+        return [("state", "no KITE_STATE received: is STATE_HZ 0?")]
     error = math.remainder(kite.course - kite.target_course, math.tau)
     force = f"{kite.tether_force:8.0f} N" if kite.valid & dialect.KITE_VALID_TETHER_FORCE else "       - not measured"
     measured = f"{kite.steering:+.3f}" if kite.valid & dialect.KITE_VALID_STEERING else "-"
@@ -107,7 +107,7 @@ def _links(session: Session) -> list[tuple[str, str]]:
     if delay is None:
         return [*rows, ("round trip", "       - no answer yet")]
     lost = "" if delay.loss is None else f"   unanswered {delay.loss:.0%}"
-    return [*rows, ("round trip", f"{delay.median_s * 1e3:8.0f} ms    nine in ten from {delay.low_s * 1e3:.0f} to "
+    return [*rows, ("round trip", f"{delay.median_s * 1e3:8.0f} ms    90 % from {delay.low_s * 1e3:.0f} to "
                     f"{delay.high_s * 1e3:.0f} ms{lost}")]
 
 

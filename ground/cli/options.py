@@ -22,12 +22,12 @@ def common_options(level: int = 2) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(add_help=False, argument_default=argparse.SUPPRESS)
     group = parser.add_argument_group("link")
     group.add_argument("--link", metavar="LINK", dest=f"link{level}", action="append",
-                       help="udpin:HOST:PORT waits for the vehicle, udpout:HOST:PORT calls it, serial:DEVICE:BAUD is a "
-                       f"cable or radio; may be given several times, to use all at once (default {DEFAULT_LINK})")
+                       help="udpin:HOST:PORT listens, udpout:HOST:PORT connects, serial:DEVICE:BAUD is a "
+                       f"cable or radio; repeat to use several links at once (default {DEFAULT_LINK})")
     group.add_argument("--timeout", type=positive, metavar="S",
-                       help=f"seconds to wait for the vehicle's heartbeat (default {DEFAULTS['timeout']:g})")
+                       help=f"seconds to wait for the kite's heartbeat (default {DEFAULTS['timeout']:g})")
     group.add_argument("--system", type=int, choices=range(1, 256), metavar="ID",
-                       help="system id of the vehicle (default: the first one heard)")
+                       help="system id of the kite (default: the first one heard)")
     return parser
 
 
@@ -39,8 +39,8 @@ def link_names(args: argparse.Namespace) -> list[str]:
 
 def add_snapshot_option(parser: argparse.ArgumentParser) -> None:
     """Where the snapshot of the parameters is kept."""
-    parser.add_argument("--snapshot", metavar="FILE", help="keep or find the snapshot that `param revert` goes back to "
-                        "here (default: one for each vehicle in the user's state folder)")
+    parser.add_argument("--snapshot", metavar="FILE", help="file of the snapshot that `param revert` restores "
+                        "(default: one per kite, in the user's state folder)")
 
 
 def add_command(commands, name: str, run: Run, summary: str, examples: str) -> argparse.ArgumentParser:
@@ -58,7 +58,7 @@ def positive(text: str) -> float:
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
     if not 0.0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"{text!r} should be more than 0, and finite")
+        raise argparse.ArgumentTypeError(f"{text!r} must be more than 0, and finite")
     return value
 
 

@@ -26,13 +26,15 @@ def add_parameter_file_commands(verbs) -> None:
     for parser in (save, changed):
         complete_files(parser.add_argument("file", metavar="FILE"))
         parser.add_argument("--format", choices=list(STYLES), default="mavproxy",
-                            help="whose form the file has (default mavproxy)")
-        parser.add_argument("--force", action="store_true", help="write over a file that is there")
-    diff = add_command(verbs, "diff", show_difference, "show where the vehicle differs from a file, from the defaults, "
-                       "or from the snapshot", "  kite-ground param diff before.param\n"
+                            help="file format (default mavproxy)")
+        parser.add_argument("--force", action="store_true", help="overwrite an existing file")
+    diff = add_command(verbs, "diff", show_difference, "show parameters that differ from a file, the defaults "
+                       "or the snapshot", "  kite-ground param diff before.param\n"
                        "  kite-ground param diff --to-snapshot")
-    complete_files(diff.add_argument("file", metavar="FILE", nargs="?", help="(default: the defaults)"))
-    diff.add_argument("--to-snapshot", action="store_true", help="against what `param revert` goes back to")
+    complete_files(diff.add_argument("file", metavar="FILE", nargs="?", help="parameter file (default: compare with "
+                                                                             "the defaults)"))
+    diff.add_argument("--to-snapshot", action="store_true", help="compare with the snapshot, which `param revert` "
+                                                                 "restores")
     add_snapshot_option(diff)
 
 
@@ -50,7 +52,7 @@ def show_difference(args: argparse.Namespace, connect: Connect) -> int:
     """param diff. Sets nothing, and takes no snapshot."""
     table = load_parameters()
     if args.file and args.to_snapshot:
-        raise UsageError("param diff: FILE and --to-snapshot are two: give one of them")
+        raise UsageError("param diff: give FILE or --to-snapshot, not both")
     other, heading = {name: parameter.default for name, parameter in table.items()}, "default"
     if args.file:
         other, heading = {name: entry.value for name, entry in read_parameter_file(args.file).items()}, args.file
@@ -60,8 +62,8 @@ def show_difference(args: argparse.Namespace, connect: Connect) -> int:
             keeper = SnapshotKeeper(session, args.snapshot, args.wall_clock)
             snapshot = keeper.find()
             if snapshot is None:
-                raise UsageError(f"no snapshot of this flight: {keeper.path} is not there, or is from before the "
-                                 "vehicle was started")
+                raise UsageError(f"no snapshot of this flight: {keeper.path} does not exist, or is from before the "
+                                 "kite was started")
             print(f"snapshot of {describe_age(snapshot, args.wall_clock())}")
             other, heading = snapshot.values, SNAPSHOT
         values = session.parameters.fetch_all(parameter_progress())
@@ -72,7 +74,7 @@ def show_difference(args: argparse.Namespace, connect: Connect) -> int:
 def show_differences(values: Values, wanted: Values, heading: str) -> None:
     """Print `wanted` against the vehicle's `values`."""
     if not wanted:
-        print(f"no difference between the vehicle and {heading}")
+        print(f"no difference between the kite and {heading}")
         return
     columns = width()
     for line in differences(load_parameters(), values, wanted, heading):
@@ -82,7 +84,7 @@ def show_differences(values: Values, wanted: Values, heading: str) -> None:
 def _save(args: argparse.Namespace, connect: Connect, changed_only: bool) -> int:
     """Only what the vehicle has said is written, and only once it has said all of it."""
     if Path(args.file).exists() and not args.force:
-        raise UsageError(f"{args.file}: is there already: give another name, or --force to write over it")
+        raise UsageError(f"{args.file}: already exists: give another name, or --force to overwrite it")
     with connect() as session:
         session.check_contract()
         values = session.parameters.fetch_all(parameter_progress())

@@ -19,17 +19,17 @@ from protocol.parameter_table import load_parameters
 
 def add_parameter_load_commands(verbs) -> None:
     """Add the subcommands of `param` that set many parameters."""
-    load = add_command(verbs, "load", load_file, "set what a file (MAVProxy, Mission Planner, QGroundControl) has "
-                       "different", "  kite-ground param load before.param")
+    load = add_command(verbs, "load", load_file, "set the parameters that differ from a file (MAVProxy, "
+                       "Mission Planner, QGroundControl)", "  kite-ground param load before.param")
     complete_files(load.add_argument("file", metavar="FILE"))
-    load.add_argument("--rest", action="store_true", help="where some lines cannot be sent, send the rest")
-    back = add_command(verbs, "revert", revert, "go back to the parameters as this flight began",
+    load.add_argument("--rest", action="store_true", help="if some lines cannot be sent, send the others")
+    back = add_command(verbs, "revert", revert, "restore the parameters as they were when this flight began",
                        "  kite-ground param revert\n  kite-ground param revert INNER_P OUTER_L")
     complete_names(back.add_argument("name", metavar="NAME", nargs="*", help="only these (default: all)"))
-    mark = add_command(verbs, "snapshot", take_snapshot, "let `param revert` go back to the present values from "
-                       "here on", "  kite-ground param snapshot")
+    mark = add_command(verbs, "snapshot", take_snapshot, "take the present values as the snapshot "
+                       "that `param revert` restores", "  kite-ground param snapshot")
     for parser in (load, back):
-        parser.add_argument("--yes", action="store_true", help="do not ask first")
+        parser.add_argument("--yes", action="store_true", help="do not ask for confirmation")
     for parser in (load, back, mark):
         add_snapshot_option(parser)
 
@@ -47,7 +47,7 @@ def load_file(args: argparse.Namespace, connect: Connect) -> int:
         file.match(values)
         _refuse(file, args)
         for problem in file.problems:
-            tell(f"{problem}; left out")
+            tell(f"{problem}; skipped")
         keeper = SnapshotKeeper(session, args.snapshot, args.wall_clock)
         keeper.complete(values)
         return _settle(args, session, values, file.wanted, Path(args.file).name)
@@ -62,7 +62,8 @@ def revert(args: argparse.Namespace, connect: Connect) -> int:
         snapshot = keeper.find()
         if snapshot is None:
             earlier = f"; the one in {keeper.path} is from before that" if keeper.path.exists() else ""
-            raise UsageError("nothing to go back to: no parameter was changed from here since the vehicle was started"
+            raise UsageError("nothing to restore: no parameter was changed from this computer since the kite was "
+                             "started"
                              f"{earlier}")
         if missing := [name for name in names if name not in snapshot.values]:
             raise UsageError(f"{missing[0]}: is not in the snapshot of {describe_age(snapshot, args.wall_clock())}")
@@ -78,7 +79,7 @@ def take_snapshot(args: argparse.Namespace, connect: Connect) -> int:
     with connect() as session:
         keeper = SnapshotKeeper(session, args.snapshot, args.wall_clock)
         values = keeper.renew(parameter_progress())
-    print(f"{counted(len(values))} kept in {keeper.path}; `kite-ground param revert` goes back to them")
+    print(f"{counted(len(values))} kept in {keeper.path}; `kite-ground param revert` restores them")
     return 0
 
 
@@ -90,7 +91,7 @@ def _refuse(file: CheckedFile, args: argparse.Namespace) -> None:
     for problem in problems if len(problems) > 1 else []:
         tell(problem)
     what = problems[0] if len(problems) == 1 else f"{file.path}: {len(problems)} lines cannot be sent"
-    raise UsageError(f"{what}; nothing was set (--rest sends what can be sent)")
+    raise UsageError(f"{what}; nothing was set (--rest sends the others)")
 
 
 def _settle(args: argparse.Namespace, session: Session, values: Values, other: Values, heading: str) -> int:
@@ -99,7 +100,7 @@ def _settle(args: argparse.Namespace, session: Session, values: Values, other: V
     wanted = {name: value for name, value in other.items() if value != values[name]}
     show_differences(values, wanted, heading)
     for name in [name for name in wanted if name in table and table[name].read_only]:
-        tell(f"{name} is read only and stays as it is")
+        tell(f"{name} is read-only and stays as it is")
         del wanted[name]
     if not wanted:
         print("nothing to set")
@@ -121,8 +122,7 @@ def _set_all(session: Session, changes: list[Change]) -> int:
                 tell(f"{change.name} = {format_value(change.wanted)}: {change.state.value}")
         raise
     finally:
-        print(f"{counted(len(changes))}: {count_states(changes)}; asked again {parameters.asked_again} times",
-              flush=True)
+        print(f"{counted(len(changes))}: {count_states(changes)}; {_retried(parameters.retries)}", flush=True)
     refused = [change for change in changes if change.state is ChangeState.REFUSED]
     for change in refused:
         tell(change.reason)
@@ -132,6 +132,10 @@ def _set_all(session: Session, changes: list[Change]) -> int:
     return 0
 
 
+def _retried(number: int) -> str:
+    return f"{number} {'retry' if number == 1 else 'retries'}"
+
+
 def _tell_acknowledged(change: Change) -> None:
     if change.state is ChangeState.ACKNOWLEDGED:
-        print(f"{change.name} = {format_value(change.wanted)}, acknowledged by the vehicle", flush=True)
+        print(f"{change.name} = {format_value(change.wanted)}, acknowledged by the kite", flush=True)

@@ -30,9 +30,9 @@ from protocol.parameter_table import load_parameters
 def add_parameter_commands(commands) -> None:
     """Add `param` and its subcommands."""
     group = commands.add_parser("param", help="show, set, save and load parameters", parents=[common_options(1)],
-                                description="Show, set, save and load the vehicle's parameters.")
+                                description="Show, set, save and load the kite's parameters.")
     verbs = group.add_subparsers(dest="verb", required=True, metavar="VERB")
-    show = add_command(verbs, "show", show_parameters, "list parameters, with a * where one is not at its default",
+    show = add_command(verbs, "show", show_parameters, "list parameters; * marks those not at their default",
                        "  kite-ground param show 'EIGHT_*'")
     complete_names(show.add_argument("pattern", nargs="*", metavar="PATTERN",
                                      help="names, with * and ? (default: all)"))
@@ -41,21 +41,21 @@ def add_parameter_commands(commands) -> None:
                       "  kite-ground param get INNER_P")
     complete_names(get.add_argument("name", metavar="NAME"))
     for parser in (show, get):
-        parser.add_argument("--json", action="store_true", help="for a script")
-    put = add_command(verbs, "set", set_parameter, "set one parameter, and wait until the vehicle acknowledges it",
+        parser.add_argument("--json", action="store_true", help="print JSON for a script")
+    put = add_command(verbs, "set", set_parameter, "set one parameter, and wait until the kite acknowledges it",
                       "  kite-ground param set INNER_P 1.8")
     complete_names(put.add_argument("name", metavar="NAME"))
     put.add_argument("value", metavar="VALUE")
     add_snapshot_option(put)
     add_parameter_file_commands(verbs)
     add_parameter_load_commands(verbs)
-    look = add_command(verbs, "watch", watch_parameters, "print parameters whenever they change, whoever changes them",
+    look = add_command(verbs, "watch", watch_parameters, "print each parameter change, from any ground station",
                        "  kite-ground param watch 'INNER_*' OUTER_L")
     complete_names(look.add_argument("pattern", nargs="*", metavar="PATTERN",
                                      help="names, with * and ? (default: all)"))
     look.add_argument("--every", type=positive, metavar="S", default=5.0,
-                      help="ask for all of them so often, in seconds (default 5)")
-    look.add_argument("--duration", type=positive, metavar="S", help="stop after so many seconds")
+                      help="read all of them this often, in seconds (default 5)")
+    look.add_argument("--duration", type=positive, metavar="S", help="stop after this many seconds")
 
 
 def show_parameters(args: argparse.Namespace, connect: Connect) -> int:
@@ -103,7 +103,7 @@ def set_parameter(args: argparse.Namespace, connect: Connect) -> int:
         kept = _protect(session, keeper, name)
         written = session.parameters.set(name, value)
         unit = load_parameters()[name].unit
-        print(f"{name} = {format_value(written)} {unit}".rstrip() + ", acknowledged by the vehicle", flush=True)
+        print(f"{name} = {format_value(written)} {unit}".rstrip() + ", acknowledged by the kite", flush=True)
         if kept:
             keeper.finish(parameter_progress())
     return 0

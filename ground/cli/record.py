@@ -13,11 +13,11 @@ from ground.session import Session
 
 def add_record_command(commands) -> None:
     """Add `record`."""
-    log = add_command(commands, "record", record, "record everything that is heard to a .tlog, until Ctrl-C; asks for "
+    log = add_command(commands, "record", record, "record everything received to a .tlog until Ctrl-C; reads "
                       "all parameters first, so that the log has them", "  kite-ground record flight.tlog")
     complete_files(log.add_argument("file", metavar="FILE.tlog"))
-    log.add_argument("--duration", type=positive, metavar="S", help="stop after so many seconds")
-    log.add_argument("--force", action="store_true", help="write over a file that is there")
+    log.add_argument("--duration", type=positive, metavar="S", help="stop after this many seconds")
+    log.add_argument("--force", action="store_true", help="overwrite an existing file")
 
 
 def record(args: argparse.Namespace, connect: Connect) -> int:
@@ -25,14 +25,14 @@ def record(args: argparse.Namespace, connect: Connect) -> int:
     with connect() as session:
         offset_s = args.wall_clock() - session.connection.clock()
         with Recorder(session.connection, args.file, offset_s, args.force) as recorder:
-            tell(f"recording to {args.file}; Ctrl-C ends")
+            tell(f"recording to {args.file}; Ctrl-C stops")
             with contextlib.suppress(KeyboardInterrupt):
                 _ask_for_parameters(session)
                 left_s = float("inf") if args.duration is None else max(args.duration - recorder.elapsed_s, 0.0)
                 session.connection.wait_until(lambda: False, left_s)
         statistics = session.connection.statistics
     total = statistics.received + statistics.lost
-    lost = f", {statistics.lost / total:.1%} of the vehicle's were lost on the way" if total else ""
+    lost = f", {statistics.lost / total:.1%} of the kite's messages were lost" if total else ""
     print(f"{recorder.frames} messages in {recorder.elapsed_s:.0f} s recorded to {args.file} "
           f"({recorder.bytes / 1e6:.1f} MB){lost}")
     return 0
@@ -43,4 +43,4 @@ def _ask_for_parameters(session: Session) -> None:
     try:
         session.parameters.fetch_all(parameter_progress())
     except VehicleError as error:
-        tell(f"the log lacks parameters: {error}")
+        tell(f"some parameters are not in the log: {error}")

@@ -35,30 +35,30 @@ _GLANCE_S = 5.0
 
 def add_tune_command(commands) -> None:
     """Add `tune`."""
-    gain = add_command(commands, "tune", tune, f"measure the delay in the loop in flight, tell what {GAIN_NAME} it "
-                       "allows by the law that is flown, and set it or try a step",
+    gain = add_command(commands, "tune", tune, f"measure the loop delay in flight, show what {GAIN_NAME} it "
+                       "allows under the present control law, and set it or try a step",
                        "  kite-ground tune\n  kite-ground tune --step +10%\n"
                        "  kite-ground tune --delay 0.2\n  kite-ground tune --identify\n\n"
-                       "In TRACK, what is set is flown and compared with the flight before, and stays only if you say\n"
-                       "so (with --yes: if cross-track error shrank). Otherwise, and after Ctrl-C, a lost link or any\n"
-                       "error, the old value is put back.")
+                       "In TRACK, a new value is flown and compared with the flight before. It stays only if you\n"
+                       "confirm it (with --yes: if the cross-track error did not grow). Otherwise, and after Ctrl-C,\n"
+                       "a lost link or any error, the old value is restored.")
     gain.add_argument("--delay", type=positive, metavar="S", help="dead time tau of links and actuator together, "
                       "without sampling, in seconds (default: as measured)")
     gain.add_argument("--seconds", type=positive, metavar="S", default=DELAY_MEASURE_S,
-                      help=f"measure the delay for so long (default {DELAY_MEASURE_S:g})")
-    gain.add_argument("--step", type=_step, metavar="P%", help=f"change {GAIN_NAME} by so many percent, such as +10%% "
+                      help=f"measure the delay for this many seconds (default {DELAY_MEASURE_S:g})")
+    gain.add_argument("--step", type=_step, metavar="P%", help=f"change {GAIN_NAME} by this percentage, such as +10%% "
                       "or -5%%, in TRACK, and compare the flight before and after")
     gain._negative_number_matcher = re.compile(r"^-[\d.]+ ?%?$")  # or -5% is taken for an option
-    gain.add_argument("--duration", type=positive, metavar="S", help="measure the flight before and after a change for "
-                      "so long (default: two rounds of the eight)")
-    gain.add_argument("--identify", action="store_true", help="find K, gravity and the delay with their uncertainty "
-                      "from eights that are flown, and propose the predictor's settings with gains that suit them")
-    gain.add_argument("--loop-hz", type=positive, metavar="N", help=f"loop rate (default: the vehicle's {RATE_NAME})")
+    gain.add_argument("--duration", type=positive, metavar="S", help="measure before and after a change for this many "
+                      "seconds (default: two rounds of the eight)")
+    gain.add_argument("--identify", action="store_true", help="identify K, gravity and the delay, with uncertainty, "
+                      "while the kite flies eights, and propose settings for the prediction and gains")
+    gain.add_argument("--loop-hz", type=positive, metavar="N", help=f"loop rate (default: the kite's {RATE_NAME})")
     gain.add_argument(_SPEED_OPTION, type=positive, metavar="X",
                       help="speed across the sky over line length [1/s], for the whole loop's limits (default: as the "
-                      "vehicle flies now)")
-    gain.add_argument("--yes", action="store_true", help="do not ask; what makes the flight worse goes back")
-    gain.add_argument("--json", action="store_true", help="for a script; sets nothing without --yes")
+                      "kite flies now)")
+    gain.add_argument("--yes", action="store_true", help="do not ask; undo what makes the flight worse")
+    gain.add_argument("--json", action="store_true", help="print JSON for a script; sets nothing without --yes")
     add_snapshot_option(gain)
 
 
@@ -93,7 +93,7 @@ def tune(args: argparse.Namespace, connect: Connect) -> int:
                           delay_as_dictionary(report), "step": result and _step_as_dictionary(result),
                           "written": written}, indent=2))
     else:
-        print(f"{GAIN_NAME} = {format_value(new)} 1/s, acknowledged by the vehicle" if written and new is not None
+        print(f"{GAIN_NAME} = {format_value(new)} 1/s, acknowledged by the kite" if written and new is not None
               else f"{GAIN_NAME} stays as it is")
     return 0
 
@@ -105,8 +105,8 @@ def _measure(args: argparse.Namespace, session: Session, flight: TuningFlight) -
     if not args.json:
         print("\n".join(delay_lines(report)) + "\n", flush=True)
     if report.loop.whole_s is None and not session.parameters.fetch("PRED_DELAY"):
-        raise UsageError(f"the delay in the loop cannot be told from {report.loop.states} states in "
-                         f"{session.state.mode_name}: steering explains {report.loop.fit:.0%} of the turning; "
+        raise UsageError(f"no loop delay found in {report.loop.states} states in "
+                         f"{session.state.mode_name}: steering explains only {report.loop.fit:.0%} of the turning; "
                          "fly TRACK for longer (--seconds 40), or give --delay S")
     return report
 
@@ -117,7 +117,7 @@ def _advise(args: argparse.Namespace, session: Session, flight: TuningFlight,
     law = read_law(session)
     measured_s = report and report.loop.whole_s
     if report and measured_s is None:
-        _teller(args)(f"this flight does not tell the delay: PRED_DELAY = {law.predicted_s:.4g} s is taken for it")
+        _teller(args)(f"this flight does not show the delay: assuming PRED_DELAY = {law.predicted_s:.4g} s")
         measured_s = law.predicted_s
     delay_s = args.delay or max(measured_s or 0.0, _LEAST_DELAY_S)
     advice = gain_advice.advise(delay_s, loop_hz, session.parameters.fetch(GAIN_NAME))
@@ -138,7 +138,8 @@ def _advise(args: argparse.Namespace, session: Session, flight: TuningFlight,
         lines += ["", f"present {GAIN_NAME} = {advice.present:.4g}: {_verdict(found, advice)}"]
         print("\n".join(lines), flush=True)
         if not speed:
-            tell(f"the whole loop is left out: the vehicle does not fly; {_SPEED_OPTION} X would give its speed")
+            tell(f"limits of the whole loop not computed: the kite is not flying; give its speed with {_SPEED_OPTION} "
+                 "X")
     return advice, found
 
 

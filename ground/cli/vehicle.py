@@ -15,17 +15,17 @@ from ground.vehicle.state import MODE_NAMES
 
 def add_vehicle_commands(commands) -> None:
     """Add the subcommands that watch and command the vehicle."""
-    watch = add_command(commands, "monitor", show_monitor, "show the vehicle live: a table in a terminal, a line a "
+    watch = add_command(commands, "monitor", show_monitor, "watch the kite live: a table in a terminal, one line a "
                         "second in a pipe", "  kite-ground monitor\n"
                         "  kite-ground --link serial:/dev/ttyACM0:115200 monitor")
-    watch.add_argument("--duration", type=positive, metavar="S", help="stop after so many seconds")
-    mode = add_command(commands, "mode", change_mode, "show the mode, or change it and wait until the vehicle is in it",
+    watch.add_argument("--duration", type=positive, metavar="S", help="stop after this many seconds")
+    mode = add_command(commands, "mode", change_mode, "show the mode, or change it and wait until the kite reports it",
                        "  kite-ground mode track")
     mode.add_argument("mode", nargs="?", type=str.lower, metavar="MODE",
                       choices=[name.lower() for name in MODE_NAMES.values()],
                       help=", ".join(name.lower() for name in MODE_NAMES.values()))
-    add_command(commands, "arm", arm, "arm, and wait until the vehicle is armed", "  kite-ground arm")
-    add_command(commands, "disarm", disarm, "disarm, and wait until the vehicle is disarmed", "  kite-ground disarm")
+    add_command(commands, "arm", arm, "arm, and wait until the kite is armed", "  kite-ground arm")
+    add_command(commands, "disarm", disarm, "disarm, and wait until the kite is disarmed", "  kite-ground disarm")
 
 
 def show_monitor(args: argparse.Namespace, connect: Connect) -> int:

@@ -139,12 +139,12 @@ class Connection:
         """How long was waited since `since_s` on the clock, why in vain as far as that is known, and what to try."""
         tried = f"no answer in {self.clock() - since_s:.0f} s"
         if self.silence_s(since_s) < SILENCE_S:
-            return (f"{tried}, though the vehicle is heard: what is sent does not reach it; "
-                    "try again nearer to it, or over another --link")
+            return (f"{tried}, though the kite is heard: commands do not reach it; "
+                    "move closer to it, or use another --link")
         if problems := [link.problem for link in self.links.all if link.problem]:
             return f"{tried}: the link is down ({'; '.join(problems)})"
-        return (f"{tried}, and nothing else from the vehicle: the link is down; "
-                "look at the vehicle's power, the radio and the cable, and try again")
+        return (f"{tried}, and nothing else from the kite: the link is down; "
+                "check the kite's power, the radio and the cable, and try again")
 
     def close(self) -> None:
         """Close the links."""

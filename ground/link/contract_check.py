@@ -43,5 +43,5 @@ class ContractCheck:
         self.known = True
         theirs = bytes(message.middleware_custom_version).hex()
         if theirs != CONTRACT_HASH:
-            self._warn(f"warning: the vehicle was built with contract {theirs}, this ground station with "
+            self._warn(f"warning: the kite was built with contract {theirs}, this ground station with "
                        f"{CONTRACT_HASH}: names, limits and units may differ; use the same version on both sides")

@@ -83,7 +83,7 @@ class Links:
             self.close()
             raise problems[0]
         for error in problems:
-            self.warn(f"{error}; it is tried again while the others are used")
+            self.warn(f"{error}; retrying while the other links are used")
 
     def send(self, data: bytes, everywhere: bool = False) -> None:
         """Send over the links that hear the vehicle; over all where none does, or where `everywhere` is asked for."""
@@ -146,12 +146,12 @@ class Links:
             link.transport.close()
         link.transport, link.problem = None, str(error)
         link.retry_s = self.clock() + RETRY_S
-        self.warn(f"{error}; it is tried again every {RETRY_S:g} s")
+        self.warn(f"{error}; retrying every {RETRY_S:g} s")
 
     def _reopen(self) -> None:
         for link in self.all:
             if link.transport is None and self.clock() >= link.retry_s and self._open(link) is None:
-                self.warn(f"link {link.name}: is back")
+                self.warn(f"link {link.name}: back")
 
     def _open(self, link: Link) -> LinkError | None:
         try:
@@ -173,7 +173,7 @@ def open_links(names: list[str], clock: Clock, warn: Callable[[str], None]) -> L
     for name in names:
         parse_link(name)
         if names.count(name) > 1:
-            raise LinkError(f"link {name!r}: is given twice")
+            raise LinkError(f"link {name!r}: given twice")
     links = Links({name: lambda name=name: open_transport(name) for name in names}, clock, warn)
     links.open()
     return links

@@ -106,7 +106,7 @@ class UdpInTransport(_Udp):
             self._socket.close()
             hint = error.strerror
             if error.errno == errno.EADDRINUSE:
-                hint = "another program listens there: stop it, or give another --link"
+                hint = "another program is listening there: stop it, or give another --link"
             raise LinkError(f"link {link}: cannot listen on port {address[1]}: {hint}") from None
 
     def _transmit(self, data: bytes) -> None:
@@ -151,7 +151,7 @@ class SerialTransport(OnePeer):
         except serial.SerialTimeoutException:
             pass  # the port takes nothing for now: as good as lost on the way
         except OSError as error:
-            raise LinkError(f"link {self._link}: the port is gone ({error})") from None
+            raise LinkError(f"link {self._link}: serial port disconnected ({error})") from None
 
     def receive(self, timeout_s: float) -> bytes:
         try:
@@ -159,7 +159,7 @@ class SerialTransport(OnePeer):
             first = self._port.read(1)
             return first + self._port.read(self._port.in_waiting) if first else b""
         except OSError as error:
-            raise LinkError(f"link {self._link}: the port is gone ({error})") from None
+            raise LinkError(f"link {self._link}: serial port disconnected ({error})") from None
 
     def fileno(self) -> int | None:
         try:
@@ -189,10 +189,10 @@ def parse_link(link: str) -> tuple[str, str, int]:
     kind, _, rest = link.partition(":")
     place, _, number = rest.rpartition(":")
     if kind not in ("udpin", "udpout", "serial") or not place or not number:
-        raise LinkError(f"link {link!r}: should be {_FORMS}, such as udpin:127.0.0.1:14550")
+        raise LinkError(f"link {link!r}: must be {_FORMS}, such as udpin:127.0.0.1:14550")
     what, greatest = ("baud rate", 10_000_000) if kind == "serial" else ("port", 65535)
     if not number.isascii() or not number.isdigit() or not 1 <= int(number) <= greatest:
-        raise LinkError(f"link {link!r}: {number!r} is no {what}: should be a number from 1 to {greatest}")
+        raise LinkError(f"link {link!r}: {number!r} is not a {what}: must be a number from 1 to {greatest}")
     return kind, place, int(number)
 
 
@@ -200,7 +200,7 @@ def _resolve(link: str, host: str, port: int) -> tuple[int, tuple]:
     try:
         family, _, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]
     except (OSError, UnicodeError):
-        raise LinkError(f"link {link!r}: no host {host!r} is known: should be a name or an address") from None
+        raise LinkError(f"link {link!r}: unknown host {host!r}: must be a name or an address") from None
     return family, address
 
 

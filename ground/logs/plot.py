@@ -107,7 +107,7 @@ def _draw_steering(axes: Any, flight: Flight) -> None:
     limited = (table["status"].astype(int) & _LIMITED) != 0
     for index, (start_s, end_s, at_limit) in enumerate(runs(table["time_s"], limited)):
         if at_limit:
-            axes.axvspan(start_s, end_s, color=_BAND, lw=0, zorder=0, label="held by a limit" if index < 2 else None)
+            axes.axvspan(start_s, end_s, color=_BAND, lw=0, zorder=0, label="limited" if index < 2 else None)
     time_s, asked, actual = broken(table["time_s"], table["steering_asked"], table["steering"])
     if np.isfinite(actual).any():
         axes.plot(time_s, actual, color=_ACTUAL, lw=1.0, label="actual")
@@ -117,7 +117,7 @@ def _draw_steering(axes: Any, flight: Flight) -> None:
     if "STEER_MAX" in flight.parameters.names:
         limit = np.array([flight.parameters.value("STEER_MAX", at) for at in table["time_s"]])
         most = float(limit.max())
-        name = f"limits, out of sight at ±{most:g}" if peak < _SMALL * most else "limits"
+        name = f"limits, off the scale at ±{most:g}" if peak < _SMALL * most else "limits"
         for sign, label in ((1.0, name), (-1.0, None)):
             axes.plot(table["time_s"], sign * limit, ":", color=_GREY, lw=1.3, label=label)
     shown = 1.12 * most if peak >= _SMALL * most else max(1.5 * peak, 0.01 * most)
@@ -127,10 +127,10 @@ def _draw_steering(axes: Any, flight: Flight) -> None:
 
 def _draw_delays(axes: Any, flight: Flight) -> None:
     found = flight.delays
-    age = "age of the sample used" + ("" if found.absolute_age else ", above its least")
+    age = "age of the sample used" + ("" if found.absolute_age else ", above its minimum")
     time_s, down, old = broken(found.state_at_s, found.telemetry_s * 1e3, found.sample_age_s * 1e3)
     axes.plot(time_s, down, ".", color=_PALE, ms=1.5)
-    axes.plot([], [], ".", color=_PALE, ms=6, label="telemetry down, above its least")
+    axes.plot([], [], ".", color=_PALE, ms=6, label="telemetry down, above its minimum")
     axes.plot(time_s, old, color=_FLOWN, lw=0.8, label=age)
     if found.round_trip_s.size:
         axes.plot(found.round_trip_at_s, found.round_trip_s * 1e3, "-o", color=_TARGET, lw=0.8, ms=2.5,
@@ -146,7 +146,7 @@ def _draw_delays(axes: Any, flight: Flight) -> None:
 def _draw_loss(axes: Any, flight: Flight) -> None:
     time_s, loss, rate_hz = flight.quality
     axes.fill_between(time_s, 0.0, loss * 100.0, step="mid", color=_TARGET, alpha=0.7, lw=0,
-                      label="lost" if np.isfinite(loss).any() else "lost: not told by this log")
+                      label="lost" if np.isfinite(loss).any() else "loss: not in this log")
     worst = float(np.nanmax(loss, initial=0.0)) * 100.0
     axes.set(ylabel="messages lost [%]", ylim=(0.0, min(max(1.2 * worst, 5.0), 100.0)))
     right = axes.twinx()

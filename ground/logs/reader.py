@@ -55,7 +55,7 @@ class FlightLog:
             return found[0]
         heard = ", ".join(str(address.system) for address in self.vehicles) or "none"
         if not self.vehicles:
-            raise UsageError(f"{self.path}: no autopilot is heard in this log")
+            raise UsageError(f"{self.path}: no autopilot in this log")
         advice = "choose one with --system" if system is None else "check --system"
         raise UsageError(f"{self.path}: holds the autopilots of systems {heard}: {advice}")
 
@@ -90,9 +90,9 @@ def read_flight_log(path: str | Path) -> FlightLog:
     except ValueError as error:
         if not messages:
             raise UsageError(f"{error}") from None
-        remarks.append(f"{error}; what comes before is used")
+        remarks.append(f"{error}; using the part before it")
     if not messages:
-        raise UsageError(f"{path}: holds no message")
+        raise UsageError(f"{path}: holds no messages")
     return FlightLog(path, messages, clock.start_us, remarks + clock.remarks + _left_out(messages, broken))
 
 
@@ -129,7 +129,7 @@ class _RecorderClock:
             return []
         largest_s = max(self._jumps_us, key=abs) * 1e-6
         return [f"the recorder's clock jumps {_times(len(self._jumps_us))}, by up to {largest_s:+.3g} s: "
-                "the jumps are left out, all messages are used"]
+                "jumps removed, all messages used"]
 
 
 def frame_id(frame: bytes) -> int:
@@ -154,9 +154,9 @@ def _left_out(messages: list[Logged], broken: int) -> list[str]:
     remarks = []
     if unknown:
         ids = ", ".join(str(number) for number in sorted(unknown))
-        remarks.append(f"{unknown.total()} messages are of kinds not known here (ids {ids})")
+        remarks.append(f"{unknown.total()} messages are of unknown types (ids {ids})")
     if broken:
-        remarks.append(f"{broken} frames are broken: their checksum is wrong")
+        remarks.append(f"{broken} frames are broken (wrong checksum)")
     return remarks
 
 

@@ -33,7 +33,7 @@ class Recorder:
                  overwrite: bool = False) -> None:
         path = Path(path)
         if path.exists() and not overwrite:
-            raise UsageError(f"{path}: is there already: give another name, or --force to write over it")
+            raise UsageError(f"{path}: already exists: give another name, or --force to overwrite it")
         if not path.parent.is_dir():
             raise UsageError(f"{path}: there is no folder {path.parent}")
         try:
@@ -70,7 +70,7 @@ class Recorder:
             raise self._cannot_write(error) from None
 
     def _cannot_write(self, error: OSError) -> RecordingError:
-        return RecordingError(f"{self.path}: cannot write any further after {self.frames} messages: {error.strerror}")
+        return RecordingError(f"{self.path}: recording stopped after {self.frames} messages: {error.strerror}")
 
     def __enter__(self) -> "Recorder":
         return self

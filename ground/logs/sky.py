@@ -29,7 +29,7 @@ def draw_sky(axes: Any, azimuth: Array, elevation: Array, eights: list[TargetEig
     axes.plot(right[:1], up[:1], "o", color=_FLOWN, ms=5, label="start")
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(_MARGIN)
-    axes.set(xticks=[], yticks=[], xlabel="seen along the wind [deg]: azimuth at the edges, elevation up the middle")
+    axes.set(xticks=[], yticks=[], xlabel="view downwind [deg]: azimuth along the edges, elevation up the middle")
     return view
 
 

@@ -60,7 +60,7 @@ class Parameters:
         with self._serving.held():
             present = self.list()
             if unknown := [name for name in values if name not in present]:
-                raise UsageError(f"the vehicle has no parameter {unknown[0]}{closest(unknown[0], present)}")
+                raise UsageError(f"the kite has no parameter {unknown[0]}{closest(unknown[0], present)}")
             table = self._session.parameters.table
             changes = [Change(name, present[name], float32(value)) for name, value in values.items()
                        if present[name] != float32(value) and not (name in table and table[name].read_only)]

@@ -18,8 +18,8 @@ class ChangeState(Enum):
 
     EDITED = "edited, not sent"
     SENT = "sent, not acknowledged"
-    ACKNOWLEDGED = "acknowledged by the vehicle"
-    REFUSED = "refused by the vehicle"
+    ACKNOWLEDGED = "acknowledged by the kite"
+    REFUSED = "refused by the kite"
 
 
 @dataclass
@@ -102,7 +102,7 @@ class Setting:
         if self._error is not None:
             change.reason = explain(self._table, change.name, change.wanted, self._error, self._text)
         elif self._present is not None:
-            change.reason = (f"{change.name}: asked for {change.wanted:g}, but the vehicle keeps answering "
+            change.reason = (f"{change.name}: set to {change.wanted:g}, but the kite keeps answering "
                              f"{self._present:g}")
         else:
             return

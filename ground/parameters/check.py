@@ -36,7 +36,7 @@ class CheckedFile:
         """A line for each line of the file that cannot be sent, in the file's order."""
         return [f"{self.path}:{line}: {problem}" for line, problem in sorted(self._problems)]
 
-    def match(self, known: Collection[str], unknown: str = "the vehicle has no parameter") -> None:
+    def match(self, known: Collection[str], unknown: str = "the kite has no parameter") -> None:
         """Hold the file against the names that are `known`; another one is a problem too, told as `unknown` NAME."""
         for name in [name for name in self.wanted if name not in known]:
             self._problems.append((self._lines[name], f"{unknown} {name}{closest(name, known)}"))

@@ -23,12 +23,12 @@ HOLES_AT_ONCE = 10
 class ParameterClient:
     """The vehicle's parameters, by name. `table` explains refusals; the vehicle alone decides.
 
-    `asked_again` counts the requests that had to be sent more than once, since the start.
+    `retries` counts the requests that had to be sent more than once, since the start.
     """
 
     def __init__(self, connection: Connection, table: Table | None = None) -> None:
         self.table = load_parameters() if table is None else table
-        self.asked_again = 0
+        self.retries = 0
         self._connection = connection
 
     def fetch(self, name: str) -> float:
@@ -73,7 +73,7 @@ class ParameterClient:
         try:
             writer.write(changes, told)
         finally:
-            self.asked_again += writer.asked_again
+            self.retries += writer.retries
         open_ends = [change for change in changes if change.state in (ChangeState.EDITED, ChangeState.SENT)]
         if open_ends:
             which = f"{open_ends[0].name}: " if len(changes) == 1 else f"{count_states(changes)}: "
@@ -94,7 +94,7 @@ class ParameterClient:
                 requests = self._requests(listing)
                 for request in requests:
                     self._connection.send(request)
-                self.asked_again += len(requests) if rounds else 0
+                self.retries += len(requests) if rounds else 0
                 rounds += 1
                 self._collect(listing, self._connection.patience_s(fruitless))
                 fruitless = 0 if len(listing.values) > before else fruitless + 1
@@ -111,7 +111,7 @@ class ParameterClient:
             system, component = self._connection.target
             self._connection.send(
                 dialect.MAVLink_param_request_read_message(system, component, name.encode("ascii"), -1))
-            self.asked_again += attempt > 0
+            self.retries += attempt > 0
             answer = self._connection.wait_for(settled, self._connection.patience_s(attempt))
             if answer is not None:
                 return answer

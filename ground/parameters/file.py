@@ -52,7 +52,7 @@ def scan_parameter_file(path: str | Path) -> ParameterFile:
     except OSError as error:
         raise ParameterFileError(f"{path}: cannot read: {error.strerror}") from None
     except UnicodeDecodeError:
-        raise ParameterFileError(f"{path}: not a text file: should hold lines of NAME value") from None
+        raise ParameterFileError(f"{path}: not a text file: expected lines of NAME value") from None
     entries: dict[str, Entry] = {}
     problems: list[tuple[int, str]] = []
     for number, line in enumerate(text.splitlines(), start=1):
@@ -66,7 +66,7 @@ def scan_parameter_file(path: str | Path) -> ParameterFile:
         except ValueError as error:
             problems.append((number, str(error)))
     if not entries and not problems:
-        raise ParameterFileError(f"{path}: holds no parameters: should hold lines of NAME value")
+        raise ParameterFileError(f"{path}: holds no parameters: expected lines of NAME value")
     return ParameterFile(entries, problems)
 
 
@@ -137,10 +137,11 @@ def _parse_line(line: str) -> tuple[str, float] | None:
     else:
         words = content.replace(",", " ").split()
         if len(words) != 2:
-            raise ValueError(f"{_shortened(content)!r} is no parameter: should be NAME value")
+            raise ValueError(f"{_shortened(content)!r} is not a parameter: expected NAME value")
         name, number = words
     if len(name) > NAME_LENGTH or not name.isascii() or not name.replace("_", "").isalnum():
-        raise ValueError(f"{_shortened(name)!r} is no name: should be at most {NAME_LENGTH} letters, digits and _")
+        raise ValueError(f"{_shortened(name)!r} is not a parameter name: must be at most {NAME_LENGTH} letters, "
+                         "digits and _")
     return name, parse_number(number)
 
 

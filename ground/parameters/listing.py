@@ -27,7 +27,7 @@ class Listing:
     def missing(self, names: list[str]) -> str:
         """What has not come, in words; `names` is the order that the vehicle's list is thought to have."""
         if self.total is None:
-            return "parameter list (none of it came)"
+            return "parameter list (nothing received)"
         holes = self.holes()
         first = names[holes[0]] if self.total == len(names) else f"parameter number {holes[0]}"
         return f"{first} and {len(holes) - 1} more of {self.total}" if len(holes) > 1 else first

@@ -24,13 +24,13 @@ def explain(table: Table, name: str, value: float, error: int, text: str | None 
     `text` is a warning that the vehicle sent along: it speaks for a limit that is not in the table.
     """
     if error == dialect.MAV_PARAM_ERROR_DOES_NOT_EXIST:
-        return f"{name}: the vehicle has no such parameter"
+        return f"{name}: the kite has no such parameter"
     if error == dialect.MAV_PARAM_ERROR_READ_ONLY:
-        return f"{name}: refused by the vehicle: it is read only"
+        return f"{name}: refused by the kite: it is read-only"
     if error == dialect.MAV_PARAM_ERROR_PERMISSION_DENIED:
-        return f"{name}: refused by the vehicle: it can be set only while disarmed"
+        return f"{name}: refused by the kite: it can be set only while disarmed"
     if error == dialect.MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE:
         problem = table[name].problem_with(value) if name in table else None
         reason = problem.removeprefix(f"{name} = ") if problem else text or f"it does not take the value {value:g}"
-        return f"{name}: refused by the vehicle: {reason}"
-    return f"{name}: refused by the vehicle with PARAM_ERROR {error}"
+        return f"{name}: refused by the kite: {reason}"
+    return f"{name}: refused by the kite with PARAM_ERROR {error}"

@@ -126,8 +126,8 @@ class SnapshotKeeper:
             if earlier is None:
                 self._put_aside()
         except OSError as error:
-            raise UsageError(f"{self.path}: cannot keep the snapshot here: {error.strerror}; "
-                             "give another place with --snapshot") from None
+            raise UsageError(f"{self.path}: cannot write the snapshot: {error.strerror}; "
+                             "give another file with --snapshot") from None
         write_parameter_file(self.path, values, (
             f"kitepilot snapshot of system {self._session.connection.target.system}, contract {CONTRACT_HASH}",
             f"taken: {datetime.fromtimestamp(taken_s, UTC).isoformat()}", f"uptime: {uptime_s:.3f}",

@@ -26,13 +26,13 @@ def row(name: str, parameter: Parameter | None, value: float) -> str:
 def sheet(name: str, parameter: Parameter, value: float) -> list[str]:
     """All about one parameter."""
     notes = [f"{limits(parameter)} {parameter.unit}".rstrip(), f"default {parameter.default:g}"]
-    notes += ["read only"] if parameter.read_only else ["only while disarmed"] if parameter.disarmed_only else []
+    notes += ["read-only"] if parameter.read_only else ["only while disarmed"] if parameter.disarmed_only else []
     return [f"{name} = {format_value(value)} {parameter.unit}".rstrip(), f"  {parameter.text}", f"  {', '.join(notes)}"]
 
 
 def differences(table: dict[str, Parameter], present: Values, other: Values, heading: str) -> list[str]:
     """A table of `other` against the vehicle's `present` values, with units and what they are for."""
-    lines = [f"{'':<16} {'vehicle':>12} {heading:>12}"]
+    lines = [f"{'':<16} {'kite':>12} {heading:>12}"]
     for name, value in other.items():
         parameter = table.get(name)
         about = f" {parameter.unit:<6} {short(parameter.text)}" if parameter else ""

@@ -38,7 +38,7 @@ def watch(session: Session, values: dict[str, float], every_s: float, duration_s
             connection.wait_until(lambda: False, min(every_s / len(names), left_s))
             if silent != (connection.silence_s(start_s) >= SILENCE_S):
                 silent = not silent
-                told("nothing from the vehicle: the link is down, and is tried again by itself" if silent
-                     else "the vehicle is heard again")
+                told("nothing from the kite: the link is down; retrying" if silent
+                     else "the kite is heard again")
     finally:
         connection.remove_observer(observe)

@@ -13,11 +13,11 @@ AT_ONCE = 8  # under way at a time: a slow link stays free for telemetry, a slow
 class ParameterWriter:
     """Sends each change until the vehicle acknowledges or refuses it, `attempts` times at most.
 
-    `asked_again` counts what was sent more than once.
+    `retries` counts what was sent more than once.
     """
 
     def __init__(self, connection: Connection, table: Table, attempts: int) -> None:
-        self.asked_again = 0
+        self.retries = 0
         self._connection, self._table, self._attempts = connection, table, attempts
         self._started_s = connection.clock()
 
@@ -68,7 +68,7 @@ class ParameterWriter:
     def _send_due(self, under_way: list[Setting]) -> None:
         for setting in under_way:
             if setting.due_s <= self._connection.clock():
-                self.asked_again += setting.change.state is ChangeState.SENT
+                self.retries += setting.change.state is ChangeState.SENT
                 setting.send()
 
     def _is_spent(self, setting: Setting) -> bool:

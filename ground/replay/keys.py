@@ -49,7 +49,7 @@ def run(replay: Replay, clock: Clock, output: TextIO) -> None:
     """Replay until it is over, `q` or Ctrl-C; shows progress on `output` where that is a terminal."""
     shown_s = float("-inf")
     with Keys() as keys, contextlib.suppress(KeyboardInterrupt):
-        hint = "space pauses, + and - change the speed, q ends" if keys.there else "Ctrl-C ends"
+        hint = "space pauses, + and - change the speed, q quits" if keys.there else "Ctrl-C ends"
         while replay.poll(_LOOK_S if keys.there else _LONG_S):
             key = keys.pressed()
             if key == "q":

@@ -37,10 +37,10 @@ class FlownLaw(NamedTuple):
     @property
     def name(self) -> str:
         """What is flown, in words."""
-        fed = f"the target's rate fed forward (FF_GAIN {self.feed_forward:.3g})" if self.feed_forward else ""
+        fed = f"target rate fed forward (FF_GAIN {self.feed_forward:.3g})" if self.feed_forward else ""
         if self.predicted_s:
             return f"prediction over PRED_DELAY = {self.predicted_s:.4g} s" + (f", {fed}" if fed else "")
-        return f"plain law with {fed}" if fed else "plain law: no prediction, nothing fed forward"
+        return f"plain law with {fed}" if fed else "plain law: no prediction, no feed-forward"
 
 
 class FlownAdvice(NamedTuple):
@@ -130,11 +130,12 @@ def _decided(found: FlownAdvice, advice: GainAdvice, flown: Effect | None) -> Fl
     verdict = _verdict(found, present, on_the_eight)
     found = found._replace(verdict=verdict)
     if law.scheduled:
-        return found._replace(reason=f"GAIN_TAU is set, so that P follows it and {GAIN_NAME} is not used: "
+        return found._replace(reason=f"GAIN_TAU is set, so the gain schedule gives P and {GAIN_NAME} is not used: "
                                      "change GAIN_P_TAU, or set GAIN_TAU to 0")
     if beyond and not on_the_eight:
         return found._replace(proposal=float32(found.settling), urgent=law.eight is not None and present >= found.limit,
-                              reason="the present gain is not stable; this one settles, from where tune can go on")
+                              reason="the present gain is unstable; with this one the kite settles, then run tune "
+                                     "again")
     if law.predicted_s:
         return _for_the_prediction(found, present, beyond)
     if law.eight is None or found.limit == advice.sampled_limit:
@@ -145,41 +146,42 @@ def _decided(found: FlownAdvice, advice: GainAdvice, flown: Effect | None) -> Fl
 
 def _for_the_prediction(found: FlownAdvice, present: float, beyond: bool) -> FlownAdvice:
     if beyond:
-        return found._replace(reason="it flies well, but would not with a delay that is a quarter off: "
+        return found._replace(reason="it flies well, but would not if the delay were 25 % off: "
                                      f"{found.settling:.3g} leaves room for that")
     if present < 0.8 * found.settling:
         return found._replace(proposal=float32(found.settling),
-                              reason="a prediction that is a quarter wrong still allows it")
-    return found._replace(reason="it suits the prediction")
+                              reason="it is stable even if the predicted delay is 25 % off")
+    return found._replace(reason="the present gain suits the prediction")
 
 
 def _for_the_eight(found: FlownAdvice, present: float) -> FlownAdvice:
     best, best_rad, present_rad = found.following, found.following_rad, found.present_rad
     if best is None or best_rad is None or present_rad is None:
-        return found._replace(reason=f"no P is stable with this {OUTER_NAME}: lower that first")
+        return found._replace(reason=f"no P is stable with this {OUTER_NAME}: lower {OUTER_NAME} first")
     if found.measured_rad is not None and not _LIKELY[0] < found.measured_rad / present_rad < _LIKELY[1]:
-        return found._replace(reason=f"gains alone would leave {math.degrees(present_rad):.2g} deg of cross-track "
-                                     "error: gusts, saturation or a wrong TURN_K make the rest; --step tries a gain")
+        return found._replace(reason=f"gains alone explain {math.degrees(present_rad):.2g} deg of cross-track "
+                                     "error: gusts, saturation or a wrong TURN_K cause the rest; --step tries a gain")
     if best_rad > _WORTH * present_rad:
-        near = f"it has no more than {found.limit / present:.2g} times P to its limit" if present > best else ""
-        return found._replace(reason="no P with a margin of 2 follows the eight better" + (f"; {near}" if near else ""))
+        near = f"the present gain has a margin of {found.limit / present:.2g}" if present > best else ""
+        return found._replace(reason="no P with a gain margin of 2 follows the eight better"
+                              + (f"; {near}" if near else ""))
     measured = "" if found.measured_rad is None else (
-        f", some {math.degrees(found.measured_rad * best_rad / present_rad):.2g} deg of cross-track error instead of "
+        f", about {math.degrees(found.measured_rad * best_rad / present_rad):.2g} deg of cross-track error instead of "
         f"{math.degrees(found.measured_rad):.2g}")
     return found._replace(proposal=float32(best), reason=f"it follows the eight better{measured}")
 
 
 def _verdict(found: FlownAdvice, present: float, on_the_eight: bool) -> str:
     if present <= 0.0:
-        return "does not steer at all"
+        return "no steering: P is 0"
     if present >= found.limit:
         if on_the_eight:
-            return "beyond the limit that was worked out, and yet it flies: its delay or TURN_K is another"
-        return "UNSTABLE: beyond the limit"
+            return "above the computed limit, yet stable in flight: the delay or TURN_K assumed here is wrong"
+        return "UNSTABLE: above the limit"
     if found.wrong_limit and present >= found.wrong_limit:
-        return "stable while PRED_DELAY is right; UNSTABLE where it is a quarter wrong"
+        return "stable if PRED_DELAY is right; UNSTABLE if it is 25 % off"
     if present > found.limit / 1.5:
-        return f"stable, with little margin: {found.limit / present:.2g} times P"
+        return f"stable, but the gain margin is only {found.limit / present:.2g}"
     return "stable"
 
 
@@ -190,25 +192,25 @@ def _cross_track(flown: Effect | None) -> float | None:
 def describe_flown(found: FlownAdvice, advice: GainAdvice) -> list[str]:
     """What is flown and what suits it, as lines."""
     law = found.law
-    lines = [f"flown: {law.name}", f"       {'follows the eight' if law.eight else 'settles: it is not in TRACK'}"]
+    lines = [f"flown: {law.name}", f"       {'follows the eight' if law.eight else 'settles (not in TRACK)'}"]
     if law.predicted_s:
         lines.append(_prediction_line(law, advice.delay_s))
-    lines.append(f"{'limit of P as it is flown':<36}{found.limit:>10.4g}"
-                 + ("" if found.wrong_limit is None else f"   {found.wrong_limit:.4g} if the delay is a quarter wrong"))
+    lines.append(f"{'limit of P, present control law':<36}{found.limit:>10.4g}"
+                 + ("" if found.wrong_limit is None else f"   {found.wrong_limit:.4g} if the delay is 25 % off"))
     lines.append(f"{'best P for settling':<36}{found.settling:>10.4g}")
     if found.following is not None:
-        error = "" if found.following_rad is None else f"   {math.degrees(found.following_rad):.2g} deg by the equation"
+        error = "" if found.following_rad is None else f"   {math.degrees(found.following_rad):.2g} deg by theory"
         lines.append(f"{'best P for following the eight':<36}{found.following:>10.4g}{error}")
     if found.measured_rad is not None and law.eight:
-        by = "" if found.present_rad is None else f"   {math.degrees(found.present_rad):.2g} deg by the equation"
-        lines.append(f"{'cross-track error as flown, RMS':<36}{math.degrees(found.measured_rad):>6.2f} deg{by}")
+        by = "" if found.present_rad is None else f"   {math.degrees(found.present_rad):.2g} deg by theory"
+        lines.append(f"{'cross-track error in flight, RMS':<36}{math.degrees(found.measured_rad):>6.2f} deg{by}")
     return lines
 
 
 def _prediction_line(law: FlownLaw, delay_s: float) -> str:
     if abs(delay_s - law.predicted_s) > WRONG_DELAY * law.predicted_s + _TICK_S:
-        return f"       tau = {delay_s:.4g} s is not what PRED_DELAY says: kite-ground tune --identify"
-    return "       the delay is predicted, so that the paper's limit below does not hold"
+        return f"       tau = {delay_s:.4g} s differs from PRED_DELAY: run kite-ground tune --identify"
+    return "       the delay is predicted, so the paper's limit below does not apply"
 
 
 def flown_as_dictionary(found: FlownAdvice) -> dict[str, Any]:

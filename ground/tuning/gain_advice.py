@@ -76,17 +76,17 @@ def speed_over_length(state: VehicleState) -> float | None:
 def verdict(advice: GainAdvice, gain: float) -> str:
     """What the loop does with `gain`, in words."""
     if gain <= 0.0:
-        return "does not steer at all"
+        return "no steering: P is 0"
     if gain >= advice.limit:
-        return "UNSTABLE: beyond the limit"
+        return "UNSTABLE: above the limit"
     if gain >= advice.sampled_limit:
-        return "UNSTABLE: beyond the limit once sampling is counted"
+        return "UNSTABLE: above the limit when sampling is included"
     if advice.whole and not is_stable(advice.whole):
-        return f"UNSTABLE: beyond the limit together with {OUTER_NAME}"
+        return f"UNSTABLE: above the limit together with {OUTER_NAME}"
     if gain > advice.optimum * 1.001:
-        return "stable, but swings about the target before it settles"
+        return "stable, but overshoots before it settles"
     if gain < advice.optimum * 0.999:
-        return "stable, but slower than it could be"
+        return "stable, but settles more slowly than it could"
     return "the optimum"
 
 
@@ -110,10 +110,10 @@ def as_dictionary(advice: GainAdvice) -> dict[str, Any]:
 def check_proposal(advice: GainAdvice) -> None:
     """Raises UsageError where the optimum for tau alone would be unstable: in a loop as slow, or with L, as this."""
     if advice.proposal >= advice.sampled_limit:
-        raise UsageError(f"not written: 1 / (e tau) = {advice.proposal:.4g} is unstable at {advice.loop_hz:g} Hz, "
+        raise UsageError(f"not set: 1 / (e tau) = {advice.proposal:.4g} is unstable at {advice.loop_hz:g} Hz, "
                          f"where the limit is {advice.sampled_limit:.4g}: raise {RATE_NAME}, or set a lower gain")
     whole = advice.whole
     if whole and advice.proposal >= whole.limit:
-        raise UsageError(f"not written: 1 / (e tau) = {advice.proposal:.4g} is unstable with {OUTER_NAME} = "
+        raise UsageError(f"not set: 1 / (e tau) = {advice.proposal:.4g} is unstable with {OUTER_NAME} = "
                          f"{whole.present.outer_l:.4g} at {whole.loop.speed_over_length:.3g} line lengths a second: "
                          f"the limit is {whole.limit:.4g}; lower {OUTER_NAME} first ({whole.best.outer_l:.3g} is best)")

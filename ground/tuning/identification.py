@@ -60,7 +60,8 @@ def identify_in_flight(session: Session, history: StateHistory, seconds: float, 
             law, actuator = identify_law(record), identify_actuator(record)
         except FlightDataError as error:
             reason = str(error).removeprefix(f"{path}: ")
-            raise UsageError(f"this flight does not tell: {reason}; fly eights in TRACK, or --seconds 60") from error
+            raise UsageError(f"not identified: {reason}; fly eights in TRACK, or measure longer (--seconds "
+                             "60)") from error
     loop = measure_loop_delay(history.arrays(seconds))
     delay_s = _dead_time(loop, actuator.dead_time_s, 0.5 / loop_hz)
     return Identified(law, actuator, loop.sample_age_s, delay_s, actuator.dead_time_s_std)

@@ -145,10 +145,10 @@ class TuningFlight:
             flown_s = newest_s - last_s if newest_s is not None and last_s is not None else 0.0
             elapsed_s = connection.clock() - started_s
             if connection.silence_s(started_s) >= SILENCE_S or elapsed_s > _SLOWEST * seconds + SILENCE_S:
-                raise NoAnswerError(f"states of the flight: {connection.why_silent(started_s)}; or is STATE_HZ 0?")
+                raise NoAnswerError(f"no flight states: {connection.why_silent(started_s)}; or is STATE_HZ 0?")
             if mode is not None and self._session.state.mode != mode:
                 raise UsageError(f"the kite went from {mode_name(mode)} to {self._session.state.mode_name}: "
-                                 "what was measured is of no use")
+                                 "measurement discarded")
             if flown_s > 0.0 and stop():
                 break
         return flown_s
@@ -160,7 +160,7 @@ class TuningFlight:
     def _check_track(self) -> None:
         if self._session.state.mode != dialect.KITE_MODE_TRACK:
             raise UsageError(f"a step is measured in TRACK, and the kite is in {self._session.state.mode_name}: "
-                             "kite-ground mode track")
+                             "run kite-ground mode track")
 
     def _period(self, told: Told) -> float:
         """How long an eight takes [s]."""
@@ -170,7 +170,7 @@ class TuningFlight:
             self.fly(_LEAST_S)
             period_s = eight_period(self._history.arrays(_LEAST_S))
         if period_s is None:
-            raise UsageError("the kite does not go round its eight: nothing can be measured")
+            raise UsageError("the kite is not flying its eight: nothing to measure")
         return period_s
 
     def _runs_away(self, before: Effect) -> bool:
@@ -213,7 +213,7 @@ def parse_step(text: str) -> float:
     try:
         percent = float(number)
     except ValueError:
-        raise ValueError(f"{text!r} is no step: should be such as +10% or -5%") from None
+        raise ValueError(f"{text!r} is not a step: write +10% or -5%") from None
     if not -90.0 <= percent <= 100.0 or percent == 0.0:
-        raise ValueError(f"{text!r}: should be from -90% to +100%, and not 0")
+        raise ValueError(f"{text!r}: must be from -90% to +100%, and not 0")
     return 1.0 + percent / 100.0

@@ -11,23 +11,23 @@ _SCALE = 50  # columns
 def delay_lines(report: DelayReport) -> list[str]:
     """Which parts of the delay were seen, which of them count, and how well."""
     loop, trip = report.loop, report.round_trip
-    lines = ["delay in the control loop, counted:"]
+    lines = ["loop delay, counted:"]
     if loop.sample_age_s is None:
-        lines.append("  sample's age at the tick             -       sensor and firmware clocks differ")
+        lines.append("  sample age at the tick               -       sensor and firmware clocks differ")
     else:
-        lines.append(f"  sample's age at the tick        {loop.sample_age_s:8.3f} s   nine in ten from "
+        lines.append(f"  sample age at the tick          {loop.sample_age_s:8.3f} s   90 % from "
                      f"{loop.sample_age_low_s:.3f} to {loop.sample_age_high_s:.3f} s")
     if loop.rest_s is not None:
-        lines.append(f"  steering link, actuator, kite   {loop.rest_s:8.3f} s   what remains of the whole")
+        lines.append(f"  steering link, actuator, kite   {loop.rest_s:8.3f} s   the rest")
     if loop.whole_s is not None:
-        lines.append(f"  steering until its turn is seen {loop.whole_s:8.3f} s   the whole, fits to {loop.fit:.1%}")
+        lines.append(f"  total, steering to turn         {loop.whole_s:8.3f} s   explains {loop.fit:.1%}")
     lines.append("not counted:")
-    lines.append("  half a period of the loop, which tau' has")
+    lines.append("  half a loop period, which tau' includes")
     if trip is None:
-        lines.append("  ground link: no answer came")
+        lines.append("  ground link: no answer")
     else:
         lost = "" if trip.loss is None else f", {trip.loss:.0%} unanswered"
-        lines.append(f"  ground link, there and back     {trip.median_s:8.3f} s   nine in ten from {trip.low_s:.3f} to "
+        lines.append(f"  ground link, round trip         {trip.median_s:8.3f} s   90 % from {trip.low_s:.3f} to "
                      f"{trip.high_s:.3f} s{lost}")
     return lines
 
@@ -57,7 +57,7 @@ def effect_lines(result: StepResult) -> list[str]:
         lines.append(f"{name:<26}{before:>6.2f} deg{after:>6.2f} deg{change}")
     lines.append(f"{'measured for':<26}{_seconds(result.before)}{_seconds(result.after)}")
     if result.diverged:
-        lines.append(f"the flight ran away: {result.name} = {result.old:.4g} again, acknowledged by the vehicle")
+        lines.append(f"the flight diverged: {result.name} = {result.old:.4g} restored, acknowledged by the kite")
     return lines
 
 

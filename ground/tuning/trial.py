@@ -57,8 +57,8 @@ class Trial:
             what = ", ".join(f"{name} (tried: {format_value(self._tried[name])})" for name in left)
             commands = " && ".join(f"kite-ground param set {name} {format_value(value)}"
                                    for name, value in reversed(left.items()))
-            raise VehicleError(f"NOT UNDONE, the vehicle did not acknowledge it: {what}; "
-                               f"as soon as it is heard again: {commands}")
+            raise VehicleError(f"NOT UNDONE, not acknowledged by the kite: {what}; "
+                               f"when it is heard again, run: {commands}")
 
     def __enter__(self) -> "Trial":
         if threading.current_thread() is threading.main_thread():
@@ -85,13 +85,13 @@ class Trial:
             except NoAnswerError as error:
                 if self._session.connection.clock() >= until_s:
                     return
-                self._say(f"{error}; trying to put {name} = {format_value(value)} back")
+                self._say(f"{error}; restoring {name} = {format_value(value)}")
             except GroundError as error:
                 self._say(f"{error}")
                 return
             else:
                 del self._before[name]
-                self._say(f"{name} = {format_value(value)} again, acknowledged by the vehicle")
+                self._say(f"{name} = {format_value(value)} restored, acknowledged by the kite")
                 return
 
     @contextlib.contextmanager
@@ -102,7 +102,7 @@ class Trial:
             return
 
         def wait(number: int, frame: FrameType | None) -> None:
-            self._say("putting the old values back: a moment")
+            self._say("restoring the old values: please wait")
 
         before = {number: signal.signal(number, wait) for number in (signal.SIGINT, *_SIGNALS)}
         try:

@@ -66,7 +66,7 @@ class Commander:
         elapsed_s = self._connection.clock() - started_s
         if not answers.heard:
             why = self._connection.why_silent(started_s)
-            raise NoAnswerError(f"{what}: whether it took effect is not known: {why}")
+            raise NoAnswerError(f"{what}: unknown whether it took effect: {why}")
         raise VehicleError(f"{what}: {answers.summary(elapsed_s)}")
 
     def _send(self, command: int, values: tuple[float, float], attempt: int) -> None:
@@ -115,10 +115,10 @@ class _Answers:
         if self._refusals:
             result = dialect.enums["MAV_RESULT"].get(self._refusals[-1])
             name = result.name.removeprefix("MAV_RESULT_").lower().replace("_", " ") if result else "refused"
-            return f"refused by the vehicle{reason or f' ({name}), which gave no reason'}"
+            return f"refused by the kite{reason or f' ({name}), which gave no reason'}"
         if self._accepted and self._state:
-            return f"accepted by the vehicle, but it is {self._state}{reason}"
-        return f"accepted by the vehicle, but no heartbeat came in {elapsed_s:.0f} s that shows it"
+            return f"accepted by the kite, but it is {self._state}{reason}"
+        return f"accepted by the kite, but no heartbeat confirmed it within {elapsed_s:.0f} s"
 
     def _acknowledged(self, message: dialect.MAVLink_command_ack_message) -> None:
         if message.command != self._command or message.target_system not in (0, GROUND_SYSTEM):

@@ -72,8 +72,8 @@ class Advisor:
     def _stood_still(self) -> str | None:
         if self._stood is None or self._session.connection.clock() - self._stood[0] > _WINDOW_S:
             return None
-        return (f"the firmware stood still for {self._stood[1]:.1f} s, and the kite was not steered: "
-                "PARK it, and look at the board's power and load")
+        return (f"the firmware stopped for {self._stood[1]:.1f} s and the kite was not steered: "
+                "PARK it, and check the board's power and load")
 
     def _frozen(self) -> str | None:
         """States come, and say the same over and over, in flight."""
@@ -86,8 +86,8 @@ class Advisor:
                         if told[0] != newest[0] and told[1:] != newest[1:]), flying[0][0])
         if newest_s - since_s < _FROZEN_S:
             return None
-        return (f"the position has not changed for {newest_s - since_s:.0f} s, though messages come: "
-                "look at the sensors and their link, and take over by hand")
+        return (f"position frozen for {newest_s - since_s:.0f} s while messages arrive: "
+                "check the sensors and their link, and fly by hand")
 
     def _silence(self) -> str | None:
         connection = self._session.connection
@@ -97,8 +97,8 @@ class Advisor:
         if silent_s <= min(max(_LEAST_SILENT_S, _MISSED / max(usual_hz, 1e-3)), SILENT_S):
             return None
         problems = "; ".join(link.problem for link in self._session.links.all if link.problem)
-        return (f"NO MESSAGE FOR {silent_s:.{silent_s < 10.0:d}f} s, all below is old: "
-                + (problems or "look at the kite's power, the radio and the cable") + "; retrying")
+        return (f"NO MESSAGE FOR {silent_s:.{silent_s < 10.0:d}f} s, all values below are old: "
+                + (problems or "check the kite's power, the radio and the cable") + "; retrying")
 
     def _unheard(self) -> str | None:
         connection = self._session.connection
@@ -106,12 +106,12 @@ class Advisor:
         if unheard_s <= _UNHEARD_S:
             return None
         return (f"the kite has not answered for {unheard_s:.0f} s, so commands do not reach it: "
-                "go nearer to it, or add another --link")
+                "move closer to it, or add another --link")
 
     def _neutral(self) -> str | None:
         if not self._status(dialect.KITE_STATUS_STALE):
             return None
-        return "samples are stale and steering is neutral: look at the sensors and their link"
+        return "samples are stale and steering is neutral: check the sensors and their link"
 
     def _swinging(self) -> str | None:
         errors = [math.remainder(state.course - state.target_course, math.tau) for state in self._recent()
@@ -125,12 +125,12 @@ class Advisor:
         loss = connection.statistics.loss(connection.clock())
         if loss is None or loss <= _LOSS:
             return None
-        return f"{loss:.0%} of the messages are lost: go nearer, turn the antenna, or lower STATE_HZ"
+        return f"{loss:.0%} of the messages are lost: move closer, turn the antenna, or lower STATE_HZ"
 
     def _overruns(self) -> str | None:
         if not self._states or (grown := self._states[-1][1].overruns - self._states[0][1].overruns) <= 0:
             return None
-        return f"{grown} ticks took too long of late: lower STATE_HZ, or LOOP_HZ while disarmed"
+        return f"{grown} overruns in the last 10 s: lower STATE_HZ, or LOOP_HZ while disarmed"
 
     def _late(self) -> str | None:
         connection = self._session.connection
@@ -149,15 +149,16 @@ class Advisor:
 
     def _slow(self) -> str | None:
         if self._status(dialect.KITE_STATUS_COASTING):
-            return "the kite is too slow to see where it flies: steering goes by the last course; PARK it"
+            return "the kite is too slow to measure its course: steering by the last known course; PARK it"
         if self._status(dialect.KITE_STATUS_AIRSPEED_FLOOR):
-            return "airspeed is below AIRSPEED_MIN: the kite turns less than asked; PARK it, or look at its sensor"
+            return ("airspeed is below AIRSPEED_MIN: the kite turns less than commanded; PARK it, or check the "
+                    "airspeed sensor")
         return None
 
     def _dropped(self) -> str | None:
         if not self._states or (grown := self._states[-1][1].samples_dropped - self._states[0][1].samples_dropped) <= 0:
             return None
-        return f"{grown} samples of late made no sense and were dropped: look at the sensors"
+        return f"{grown} implausible samples dropped in the last 10 s: check the sensors"
 
     def _broken_links(self) -> str | None:
         problems = [link.problem for link in self._session.links.all if link.problem]
@@ -166,7 +167,7 @@ class Advisor:
     def _others(self) -> str | None:
         if not (others := self._session.connection.others):
             return None
-        return f"another vehicle is heard, system {min(others)}: --system chooses which one this is about"
+        return f"another vehicle is heard, system {min(others)}: choose one with --system"
 
     def _status(self, flag: int) -> bool:
         return bool(self._states and self._states[-1][1].status & flag)

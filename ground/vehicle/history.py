@@ -55,7 +55,7 @@ class StateHistory:
         import numpy as np  # noqa: PLC0415  (slow to load, and the command line does without)
 
         if seconds is not None and not seconds > 0.0:
-            raise ValueError(f"the last {seconds:g} s: should be more than 0")
+            raise ValueError(f"the last {seconds:g} s: must be more than 0")
         with self._lock:
             rows = np.array(self._rows).reshape(-1, len(COLUMNS))
         if seconds is not None and len(rows):

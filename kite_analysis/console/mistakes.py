@@ -21,13 +21,13 @@ class Parser(argparse.ArgumentParser):
         parsed, unknown = self.parse_known_args(args, namespace)
         if unknown:
             *_, last = self._path(parsed)
-            last.error(f"{unknown[0]} is not understood{closest(unknown[0], last.options())}")
+            last.error(f"{unknown[0]} is not an option{closest(unknown[0], last.options())}")
         return parsed
 
     def error(self, message: str) -> NoReturn:
         """One line, exit code 2."""
         separator = " " if message.endswith("?") else "; "
-        self.exit(2, f"{self.prog}: {message}{separator}{self.prog} --help shows how\n")
+        self.exit(2, f"{self.prog}: {message}{separator}see {self.prog} --help\n")
 
     def options(self) -> list[str]:
         """The options of this parser, as they are typed."""

@@ -21,7 +21,7 @@ def check_picture(path: Path, force: bool) -> None:
         ExtraMissingError: matplotlib is not installed.
     """
     if path.suffix.lower() not in ENDINGS:
-        raise FileRefusedError(f"{path}: a picture's name ends in {ENDINGS_IN_WORDS}")
+        raise FileRefusedError(f"{path}: the name of a plot must end in {ENDINGS_IN_WORDS}")
     if path.is_dir():
         raise FileRefusedError(f"{path}: is a folder")
     check_new_file(path, force)
@@ -35,7 +35,7 @@ def check_new_file(path: Path, force: bool) -> None:
         FileRefusedError: it is there already and `force` is not set, or its folder takes no files.
     """
     if path.exists() and not force:
-        raise FileRefusedError(f"{path}: is there already: give another name, or --force to write over it")
+        raise FileRefusedError(f"{path}: already exists: give another name, or --force to overwrite it")
     nearest = next(there for there in (path, *path.absolute().parents) if there.exists())
     if nearest != path and not nearest.is_dir():
         raise FileRefusedError(f"{path}: {nearest} is not a folder")

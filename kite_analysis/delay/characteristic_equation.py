@@ -69,8 +69,8 @@ def expansion(loop: Loop, gains: Gains, centre: complex, degree: int, scale: flo
     delayed = (centre + gains.outer_l * w) * falling + scale * np.append(0.0, falling[:-1])
     delayed = delayed * gains.inner_p * np.exp(-centre * tau_s)
     swing = np.array([centre**2 + w * w, 2.0 * centre * scale, scale**2], dtype=np.complex128)
-    own = np.convolve(swing, [1.0 + centre * lag_s, lag_s * scale])
-    delayed[: len(own)] += own[: degree + 1]
+    undelayed = np.convolve(swing, [1.0 + centre * lag_s, lag_s * scale])
+    delayed[: len(undelayed)] += undelayed[: degree + 1]
     return Expansion(delayed, float(term_size(loop, gains, np.array(centre))))
 
 

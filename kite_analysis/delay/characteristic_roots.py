@@ -113,17 +113,17 @@ def _matrices(loop: Loop, inner_p: ArrayLike, outer_l: ArrayLike, nodes: int) ->
     tau_s, w, lag_s = loop
     inner_p, outer_l = np.asarray(inner_p, dtype=float), np.asarray(outer_l, dtype=float)
     travel = _differentiation(nodes) * (2.0 / tau_s)
-    own = 3 if lag_s else 2
-    matrix = np.zeros((*inner_p.shape, own + nodes, own + nodes))
+    states = 3 if lag_s else 2
+    matrix = np.zeros((*inner_p.shape, states + nodes, states + nodes))
     matrix[..., 0, 1] = -w
     matrix[..., 1, 0] = w
     matrix[..., 1, 2 if lag_s else -1] = inner_p
     if lag_s:
         matrix[..., 2, 2] = -1.0 / lag_s
         matrix[..., 2, -1] += 1.0 / lag_s
-    matrix[..., own:, 0] = travel[1:, 0] * outer_l[..., None]
-    matrix[..., own:, 1] = -travel[1:, 0]
-    matrix[..., own:, own:] = travel[1:, 1:]
+    matrix[..., states:, 0] = travel[1:, 0] * outer_l[..., None]
+    matrix[..., states:, 1] = -travel[1:, 0]
+    matrix[..., states:, states:] = travel[1:, 1:]
     return matrix
 
 

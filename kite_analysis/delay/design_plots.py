@@ -45,7 +45,7 @@ def _draw_map(figure: Any, axes: Any, design: Design) -> None:
     axes.set_facecolor(_UNSTABLE)
     filled = axes.contourf(p, l_axis, rates, _levels(-design.best_rate), cmap="YlGnBu")
     bar = figure.colorbar(filled, ax=axes, pad=0.02, spacing="proportional")
-    bar.set_label("slowest error dies out at [1/s]")
+    bar.set_label("decay rate of the slowest mode [1/s]")
     limit_l = np.linspace(0.0, min(most_l, design.greatest_outer_l), _LINE_POINTS)
     limits = [gain_limit(loop, value) for value in limit_l]
     axes.plot(limits, limit_l, color=_PRESENT, lw=1.8, label="limit of the whole loop")

@@ -30,7 +30,7 @@ def paper_lines(delay_s: float, loop_hz: float, present_p: float) -> list[str]:
         f"{'gain P [1/s]':<36}{'at tau':>10}{tick:>10}",
         row("stability limit  pi / (2 tau)", stability_limit, ".4g"),
         row("optimum  1 / (e tau)", optimal_gain, ".4g"),
-        row("present P, as share of the limit", lambda tau_s: present_p / stability_limit(tau_s), ".0%"),
+        row("present P, fraction of the limit", lambda tau_s: present_p / stability_limit(tau_s), ".0%"),
     ]
 
 
@@ -44,7 +44,7 @@ def whole_loop_lines(design: Design, delay_s: float, loop_hz: float) -> list[str
     return [
         f"whole loop, {loop.speed_over_length:.3g} line lengths a second{lag}",
         f"{f'limit of P at the present L = {present.outer_l:.4g}':<36}{limit}{exact}",
-        f"{'L from which no P is stable':<36}{design.greatest_outer_l:>10.4g}",
+        f"{'L above which no P is stable':<36}{design.greatest_outer_l:>10.4g}",
         f"{'best pair':<36}{_pair(best)}   {_pace(design.best_rate)}{exact_best}",
         f"{'present pair':<36}{_pair(present)}   {_pace(design.rate)}",
         f"{'margins of the present pair':<36}{_margins(design)}",
@@ -80,17 +80,17 @@ def _pair(gains: Gains) -> str:
 def _pace(rate: float) -> str:
     """What a rightmost root means."""
     if rate >= 0.0:
-        return "UNSTABLE" if rate > 0.0 else "errors stay as they are"
-    return f"slowest error dies out at {-rate:.4g} 1/s"
+        return "UNSTABLE" if rate > 0.0 else "errors do not decay"
+    return f"slowest mode decays at {-rate:.4g} 1/s"
 
 
 def _margins(design: Design) -> str:
     gain, delay_s = design.margins
     if math.isinf(gain):
-        return "-: nothing is steered"
+        return "-: no steering"
     if not is_stable(design):
-        much = "no delay is short enough" if delay_s is None else f"{-delay_s:.3g} s of delay too much"
-        return f"none: {much}" + (f", or P {1.0 / gain:.3g} times too large" if gain else "")
+        much = "unstable at any delay" if delay_s is None else f"{-delay_s:.3g} s too much delay"
+        return f"none: {much}" + (f", or P {1.0 / gain:.3g} times too high" if gain else "")
     return f"{gain:.3g} times P ({20.0 * math.log10(gain):.1f} dB), {delay_s:.3g} s of delay"
 
 
@@ -98,7 +98,7 @@ def _exactly(exact: float | None, number: float, share: float) -> str:
     """A remark where the sampled loop's number is off by more than a share."""
     if exact is None or abs(exact - number) <= share * abs(number):
         return ""
-    return f"   ({abs(exact):.4g} with sampling exactly)"
+    return f"   ({abs(exact):.4g} exact, with sampling)"
 
 
 def _exact_limit(loop: Loop, delay_s: float, loop_hz: float, outer_l: float) -> float | None:

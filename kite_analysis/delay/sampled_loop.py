@@ -43,19 +43,19 @@ class _Period(NamedTuple):
 def sampled_roots(loop: SampledLoop, gains: Gains) -> ComplexArray:
     """The roots s = log(z) / T [1/s] of the recursion, rightmost first, without z = 0; about tau / T of them."""
     period = _period(loop)
-    own, past = len(period.z), period.m + 1
-    wanted = np.zeros(own)
+    states, past = len(period.z), period.m + 1
+    wanted = np.zeros(states)
     wanted[:2] = gains.inner_p * gains.outer_l, -gains.inner_p
     new, old = ((period.vectors @ effect).real for effect in (period.new, period.old))
-    matrix = np.zeros((own + past, own + past))  # state: x, then the wanted turning rates of the samples before
-    matrix[:own, :own] = ((period.vectors * period.z) @ np.linalg.inv(period.vectors)).real
-    matrix[own, :own] = wanted
-    matrix[own + 1 :, own:-1] = np.eye(past - 1)
-    matrix[:own, -1] = old
+    matrix = np.zeros((states + past, states + past))  # state: x, then the wanted turning rates of the samples before
+    matrix[:states, :states] = ((period.vectors * period.z) @ np.linalg.inv(period.vectors)).real
+    matrix[states, :states] = wanted
+    matrix[states + 1 :, states:-1] = np.eye(past - 1)
+    matrix[:states, -1] = old
     if period.m:
-        matrix[:own, -2] = new
+        matrix[:states, -2] = new
     else:
-        matrix[:own, :own] += np.outer(new, wanted)
+        matrix[:states, :states] += np.outer(new, wanted)
     z = np.linalg.eigvals(matrix).astype(complex)
     s = np.log(z[np.abs(z) > 1e-9]) * loop.loop_hz
     return np.asarray(s[np.argsort(-s.real)], dtype=np.complex128)
@@ -78,9 +78,9 @@ def sampled_limit(loop: SampledLoop, outer_l: float) -> float:
         z = np.exp(1j * angle)
         return (residues(z) / (z[:, None] - period.z)).sum(axis=1)
 
-    own = int(np.argmax(period.z.imag))
-    swing = period.z[own : own + 1]
-    if (residues(swing)[0, own] * swing[0].conj()).real <= 0.0:
+    mode = int(np.argmax(period.z.imag))
+    swing = period.z[mode : mode + 1]
+    if (residues(swing)[0, mode] * swing[0].conj()).real <= 0.0:
         return 0.0
     angles = np.linspace(float(np.angle(swing[0])), math.pi, max(_ANGLES, 20 * period.m))[1:]
     imaginary = answer(angles[:-1]).imag

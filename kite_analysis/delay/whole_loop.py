@@ -69,11 +69,11 @@ def check(loop: Loop) -> None:
     if not 0.0 < tau_s < math.inf or not 0.0 <= lag_s < math.inf:
         raise ValueError(f"delay of {tau_s:g} s, lag of {lag_s:g} s: must not be negative, and finite")
     if w * tau_s < _LEAST_ANGLE:
-        raise ValueError(f"speed over length of {w:g} 1/s with {tau_s:g} s of delay: the kite hardly moves meanwhile; "
-                         f"design needs at least {_LEAST_ANGLE / tau_s:.2g} 1/s")
+        raise ValueError(f"speed over length of {w:g} 1/s with {tau_s:g} s of delay: the kite hardly moves in that "
+                         f"time; design needs at least {_LEAST_ANGLE / tau_s:.2g} 1/s")
     if greatest_outer_l(loop) <= 0.0:
         raise ValueError(f"speed over length of {loop.speed_over_length:g} 1/s with {loop.loop_delay_s:g} s of delay: "
-                         "the kite has flown a quarter of its circle before it answers; no gain is stable")
+                         "the kite flies a quarter of a circle before it responds; no gain is stable")
 
 
 def greatest_outer_l(loop: Loop) -> float:

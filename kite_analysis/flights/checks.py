@@ -29,7 +29,7 @@ def check_times(time_s: Array, names: list[str], rows: Rows, column: Column, pat
     if np.any(steps == 0.0):
         line, share = rows[int(np.argmax(steps == 0.0)) + 1][0], float(np.mean(steps == 0.0))
         if share < _COARSE:
-            raise FlightDataError(f"{path}: line {line} has the time of the line before; keep one of them")
+            raise FlightDataError(f"{path}: line {line} has the time of the line before; keep only one")
         raise FlightDataError(f"{path}: time stands still in line {line} and in {share:.0%} of the rows: "
                               + _remedy(time_s, names, rows, column))
     check_span(time_s, str(path))
@@ -39,15 +39,16 @@ def check_span(time_s: Array, where: str) -> None:
     """Raises FlightDataError where a uniform grid over the growing times [s] (n,) would be next to empty."""
     usual_s, span_s = float(np.median(np.diff(time_s))), float(time_s[-1] - time_s[0])
     if span_s > _LARGEST_GRID * len(time_s) * usual_s:
-        raise FlightDataError(f"{where}: {len(time_s)} rows every {usual_s:g} s or so cannot lie over {span_s:g} s: "
-                              "the times have a jump, or the wrong unit")
+        raise FlightDataError(f"{where}: {len(time_s)} rows about {usual_s:g} s apart cannot span {span_s:g} s: "
+                              "the time jumps, or has the wrong unit")
 
 
 def check_period(period_s: float) -> None:
     """Raises FlightDataError where rows every `period_s` [s] are too few for a kite's turns."""
     if period_s > 1.001 * _LONGEST_PERIOD_S:
         raise FlightDataError(
-            f"a row every {period_s:.3g} s is too few: turns need one every {_LONGEST_PERIOD_S:g} s at least, better "
+            f"one row every {period_s:.3g} s is too few: turns need one every {_LONGEST_PERIOD_S:g} s or more often, "
+            "better "
             "every 0.1 s. Is the unit of the time right? Were rows of equal time dropped? Keep them, and name the "
             "column with the fraction of the second (docs/flight-files.md)")
 
@@ -66,12 +67,12 @@ def _remedy(time_s: Array, names: list[str], rows: Rows, column: Column) -> str:
     """What to do about times that are repeated."""
     again = np.flatnonzero(np.diff(time_s) == 0.0)
     if all(rows[k][1] == rows[k + 1][1] for k in again):
-        return "these rows repeat the ones before in full; drop them"
+        return "these rows are exact copies of the previous ones; drop them"
     name = _fraction_column(time_s, names, rows)
-    looks = f"column {name} looks like it" if name else "no column looks like it"
+    looks = f"column {name} looks like one" if name else "no column looks like one"
     return (f"is the fraction of a second in another column ({looks})? Then say in the file for --columns: time = "
             f"{{ column = \"{column.column}\", unit = ..., fraction = \"{name or '...'}\", fraction_unit = \"ms\" }}; "
-            "do not drop rows, that makes a wrong fit")
+            "do not drop rows, that corrupts the fit")
 
 
 def _fraction_column(time_s: Array, names: list[str], rows: Rows) -> str | None:

@@ -95,7 +95,7 @@ def load_description(path: Path) -> ColumnDescription:
     except ValueError as error:
         raise FlightDataError(f"{path}: not TOML: {error}") from error
     if not content:
-        raise FlightDataError(f"{path}: says nothing about columns; see docs/flight-files.md")
+        raise FlightDataError(f"{path}: no [columns]; see docs/flight-files.md")
     _check_keys(content, {"title": str, "attribution": str, "smoothing_s": (int, float), "smooth_both": bool,
                           "columns": dict, "phase": dict}, str(path))
     columns = {quantity: _column(quantity, entry, f"{path}, columns.{quantity}")
@@ -105,17 +105,17 @@ def load_description(path: Path) -> ColumnDescription:
             raise FlightDataError(f"{path}: columns.{needed} is missing")
     for one, other in (("heading", "course"), ("steering", "set_steering")):
         if one not in columns and other not in columns:
-            raise FlightDataError(f"{path}: neither columns.{one} nor columns.{other} is there; one of them is needed")
+            raise FlightDataError(f"{path}: neither columns.{one} nor columns.{other} is given; one of them is needed")
     smoothing_s = float(content.get("smoothing_s", 1.1))
     if not 0.0 <= smoothing_s < 60.0:
-        raise FlightDataError(f"{path}: smoothing_s = {smoothing_s:g} must lie between 0 and 60")
+        raise FlightDataError(f"{path}: smoothing_s = {smoothing_s:g} must be between 0 and 60")
     phase = content.get("phase", {})
     if phase:
         _check_keys(phase, {"column": str, "values": list}, f"{path}, phase")
         if "column" not in phase or not phase.get("values"):
             raise FlightDataError(f"{path}, phase: needs column = \"...\" and values = [...]")
         if not all(type(value) in (str, int, float) for value in phase["values"]):
-            raise FlightDataError(f"{path}, phase: values must be numbers or texts")
+            raise FlightDataError(f"{path}, phase: values must be numbers or strings")
     return ColumnDescription(content.get("title", path.stem), content.get("attribution", ""), smoothing_s,
                              content.get("smooth_both", True), columns, phase.get("column", ""),
                              tuple(phase.get("values", ())), path)

@@ -27,7 +27,7 @@ def read_record(source: Path, columns: Path | None = None) -> FlightRecord:
     if source.is_dir():
         source /= _TRUTH
         if not source.exists():
-            raise FlightDataError(f"{source.parent}: a folder without {_TRUTH} is no run log")
+            raise FlightDataError(f"{source.parent}: a folder without {_TRUTH} is not a run log")
     if source.suffix == ".tlog":
         if columns:
             raise FlightDataError(f"{source}: a tlog has no columns to describe")

@@ -71,7 +71,7 @@ def _check_usable(table: FlightTable, description: ColumnDescription) -> None:
             raise FlightDataError(f"{quantity} is known for {known_s:.1f} s of the part that is used; "
                                   f"a replay needs {_LEAST_S:g} s")
     if np.ptp(table.values["azimuth"][table.selected & np.isfinite(table.values["azimuth"])]) < _LEAST_AZIMUTH:
-        raise FlightDataError("the azimuth hardly changes in the part that is used: no eight to be seen")
+        raise FlightDataError("the azimuth hardly changes in the part that is used: no eights flown")
 
 
 def fit_eight(azimuth: Array, elevation: Array) -> TargetEight:

@@ -43,10 +43,10 @@ def read_table(path: Path, description: ColumnDescription, whole_lines: bool = F
     if not names:
         raise FlightDataError(f"{path}: empty")
     if len(names) == 1 and (other := next((mark for mark in ";\t|" if mark in names[0]), "")):
-        raise FlightDataError(f"{path}: {other!r} separates the columns; commas are needed")
+        raise FlightDataError(f"{path}: {other!r} separates the columns; use commas")
     _check_names(names, description, path)
     if len(rows) < 2:
-        raise FlightDataError(f"{path}: {'one row' if rows else 'no rows'}; a flight needs more")
+        raise FlightDataError(f"{path}: {'one row' if rows else 'no rows'}; a flight needs at least two")
     table = _read(names, rows, description, path)
     check_times(table.time_s, names, rows, description.columns["time"], path)
     check_units(table.values, path)

@@ -79,9 +79,9 @@ def identify_actuator(record: FlightRecord) -> ActuatorFit:
     """Fit the actuator to the selected rows of `record`.
 
     Raises:
-        FlightDataError: there is no set or no actual steering, or it hardly moves.
+        FlightDataError: there is no commanded or no actual steering, or it hardly moves.
     """
-    for quantity, name in (("steering", "actual"), ("set_steering", "set")):
+    for quantity, name in (("steering", "actual"), ("set_steering", "commanded")):
         if not record.has(quantity):
             raise FlightDataError(f"no {name} steering in the part that is used")
     blocks = cut_blocks(record)
@@ -128,7 +128,7 @@ def cut_blocks(record: FlightRecord) -> Blocks:
     pieces = [(start, min(start + length, part.stop - 1)) for part in stretches(usable, 10)
               for start in range(part.start, part.stop - 1, length)]
     if not pieces:
-        raise FlightDataError("no stretch of a second or more in which set and actual steering are both known")
+        raise FlightDataError("no second of flight with both commanded and actual steering")
     starts = np.array([start for start, _ in pieces])
     index = starts + np.arange(length + 1)[:, None]
     used = index <= np.array([stop for _, stop in pieces])

@@ -40,7 +40,7 @@ def eight_spread(record: FlightRecord) -> EightSpread:
     side = azimuth - np.mean(azimuth) if len(azimuth) else azimuth
     crossings = np.flatnonzero(np.diff(side >= 0.0))[1::2]
     if len(crossings) < 3:
-        raise FlightDataError("fewer than two whole eights to compare")
+        raise FlightDataError("fewer than two complete eights to compare")
     parts = [slice(int(start), int(stop) + 1) for start, stop in pairwise(crossings)]
     centres = [float(np.mean(elevation[part])) for part in parts]
     flat = float(np.cos(np.mean(elevation)))

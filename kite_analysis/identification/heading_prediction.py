@@ -2,17 +2,17 @@
 
 The law is integrated open loop over short windows, from the recorded angle at each window's start, with the recorded
 airspeed, elevation and azimuth, and either the actual steering as recorded or what the actuator's model makes of the
-set steering. The angle in the gravity term is the predicted one. A window starts at every row after which it fits
+commanded steering. The angle in the gravity term is the predicted one. A window starts at every row after which it fits
 into an unbroken stretch, so that the result does not hang on where windows happen to begin.
 
 Candidates, on the three public cycles, each predicted from fits on the others (one cycle 6 times, two 3 times): the
-worst and the mean of these nine, RMS in degrees over 2 s / 5 s, and the same from the set steering.
+worst and the mean of these nine, RMS in degrees over 2 s / 5 s, and the same from the commanded steering.
 
     law                                   actual: worst  mean         set: worst    mean
     plain, rate alone smoothed             4.99 / 10.08  4.08 / 7.93  5.03 / 10.17  4.34 / 8.45
     plain, both sides smoothed             4.82 /  9.47  4.06 / 7.86  4.93 /  9.83  4.36 / 8.57
-    meridians' turning, rate smoothed      4.84 /  9.82  4.08 / 8.06  4.65 /  9.76  4.30 / 8.45
-    meridians' turning, both (used)        4.68 /  9.26  4.03 / 7.90  4.63 /  9.93  4.30 / 8.49
+    meridian convergence, rate smoothed      4.84 /  9.82  4.08 / 8.06  4.65 /  9.76  4.30 / 8.45
+    meridian convergence, both (used)        4.68 /  9.26  4.03 / 7.90  4.63 /  9.93  4.30 / 8.49
 
 Without the lag they come out within 0.4 deg of these. A further term in the sideslip (course less heading), in |u| u
 or in cos(psi) / Va made the worst case 0.2 deg better to 0.6 deg worse: K differs by 4 % from cycle to cycle, and what
@@ -31,11 +31,11 @@ from kite_analysis.identification.actuator_fit import identify_actuator
 from kite_analysis.identification.actuator_model import ActuatorModel, follow
 from kite_analysis.identification.turning_rate_fit import LawFit, identify_together
 
-ACTUAL, SET = "actual", "set"
+ACTUAL, COMMANDED = "actual", "commanded"
 
 
 class TurningModel(NamedTuple):
-    """What predicts: the law, and the actuator for predictions from the set steering."""
+    """What predicts: the law, and the actuator for predictions from the commanded steering."""
 
     law: LawFit
     actuator: ActuatorModel | None = None
@@ -70,16 +70,16 @@ def fit_model(records: Sequence[FlightRecord], angle: str | None = None) -> Turn
 
 def predict_heading(records: Sequence[FlightRecord], window_s: float, source: str, model: TurningModel
                     ) -> PredictionError:
-    """Error over windows of `window_s` [s] in the selected rows of `records`; `source` is "actual" or "set".
+    """Error over windows of `window_s` [s] in the selected rows of `records`; `source` is "actual" or "commanded".
 
     Raises:
         FlightDataError: no window fits, or the model has no actuator to predict with.
         ValueError: `source` is neither of the two.
     """
-    if source not in (ACTUAL, SET):
-        raise ValueError(f"source {source!r} is neither \"{ACTUAL}\" nor \"{SET}\"")
-    if source == SET and model.actuator is None:
-        raise FlightDataError("a prediction from the set steering needs the actuator's model")
+    if source not in (ACTUAL, COMMANDED):
+        raise ValueError(f"source {source!r} is neither \"{ACTUAL}\" nor \"{COMMANDED}\"")
+    if source == COMMANDED and model.actuator is None:
+        raise FlightDataError("a prediction from the commanded steering needs the actuator's model")
     errors = [window_errors(record, window_s, source, model) for record in records]
     squares = np.concatenate([error**2 for error in errors], axis=1)
     if not squares.size:
@@ -119,14 +119,14 @@ def cross_fits(records: Sequence[FlightRecord]) -> list[tuple[tuple[int, ...], t
 
 
 def cross_predictions(records: Sequence[FlightRecord], windows_s: Sequence[float] = (2.0, 5.0),
-                      sources: Sequence[str] = (ACTUAL, SET)) -> list[PredictionError]:
+                      sources: Sequence[str] = (ACTUAL, COMMANDED)) -> list[PredictionError]:
     """The worst of the cross-fits for each source and window; no flight is predicted by a model fitted to it.
 
     Raises:
         FlightDataError: the flights cannot tell; there must be two at least.
     """
     if len(records) < 2:
-        raise FlightDataError("cross-fits need two flights at least")
+        raise FlightDataError("cross-fits need at least two flights")
     tried = [(fit_model([records[index] for index in fitted]), [records[index] for index in predicted])
              for fitted, predicted in cross_fits(records)]
     return [max((predict_heading(others, window_s, source, model) for model, others in tried),
@@ -150,7 +150,7 @@ def _starts(record: FlightRecord, psi: Array, transport: Array, steps: int, sour
     """Rows at which a window of `steps` fits, with the steering known as far back as it matters."""
     usable = record.selected & np.all(np.isfinite([psi, transport, record.elevation, record.airspeed]), axis=0)
     usable &= np.isfinite(record.steering) & (record.airspeed > 0.0)
-    if source == SET:
+    if source == COMMANDED:
         usable &= np.isfinite(record.set_steering)
     reach = int(np.ceil(abs(lag_s) / record.period_s)) + 1
     parts = [np.arange(part.start + reach, part.stop - reach - steps)

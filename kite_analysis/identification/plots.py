@@ -56,7 +56,7 @@ def _draw_steering(axes: Any, record: FlightRecord, actuator: ActuatorFit) -> No
     rows = (blocks.starts + np.arange(len(position))[:, None]).T[blocks.used.T]
     used = np.sort(rows)
     axes.plot(*_broken(record.time_s[used], record.set_steering[used], record.period_s), color=_SET, lw=0.9,
-              drawstyle="steps-post", label="set")
+              drawstyle="steps-post", label="commanded")
     axes.plot(*_broken(record.time_s[used], record.steering[used], record.period_s), color=_MEASURED, lw=2.2,
               label="actual")
     axes.plot(*_broken(record.time_s[rows], position.T[blocks.used.T], record.period_s), color=_FITTED, lw=0.9,
@@ -70,11 +70,11 @@ def _draw_line(axes: Any, law: LawFit, data: LawRows) -> None:
     terms = regressors(data, law.lag_s or 0.0)
     rest = data.rate - fitted_rate(data, law) + law.k_rad_per_m * terms[:, 0]
     axes.plot(terms[:, 0], np.degrees(rest), ".", color=_MEASURED, ms=2.5, alpha=0.5,
-              label="measured, less the other terms")
+              label="measured minus the other terms")
     ends = np.array([np.min(terms[:, 0]), np.max(terms[:, 0])])
     axes.plot(ends, np.degrees(law.k_rad_per_m * ends), color=_FITTED, lw=1.4,
               label=f"K = {law.k_rad_per_m:.4f} ± {law.k_rad_per_m_std:.4f} rad/m")
-    axes.set(xlabel=f"airspeed times {law.steering} steering [m/s]", ylabel="rate by steering [deg/s]")
+    axes.set(xlabel=f"airspeed times {law.steering} steering [m/s]", ylabel="steering-induced rate [deg/s]")
     _finish(axes)
 
 
@@ -85,7 +85,7 @@ def _draw_residual(axes: Any, law: LawFit, data: LawRows) -> None:
     axes.plot(fitted, residual, ".", color=_MEASURED, ms=2.5, alpha=0.5,
               label=f"{np.sqrt(np.mean(residual**2)):.3g} deg/s RMS")
     axes.axhline(0.0, color=_FITTED, lw=1.0)
-    axes.set(xlabel="rate by the law [deg/s]", ylabel="measured less law [deg/s]")
+    axes.set(xlabel="rate from the law [deg/s]", ylabel="measured minus law [deg/s]")
     _finish(axes)
 
 
@@ -93,7 +93,7 @@ def describe_actuator(fit: ActuatorFit) -> str:
     """Dead time and limits in a line."""
     parts = [f"dead time {fit.dead_time_s:.2f} s"]
     if fit.rate_limit_per_s is not None:
-        parts.append(f"{fit.rate_limit_per_s:.3g} 1/s")
+        parts.append(f"rate limit {fit.rate_limit_per_s:.3g} 1/s")
     if fit.saturation is not None:
         parts.append(f"saturation {fit.saturation:.3g}")
     return ", ".join(parts)

@@ -1,6 +1,6 @@
 """The turning-rate law, identified from a flight by least squares; the equation stands in `turning_rates`.
 
-What the choices cost, on the reel-out of the three public cycles in tests/data/flight: the turning of the meridians
+What the choices cost, on the reel-out of the three public cycles in tests/data/flight: meridian convergence
 takes 4 to 8 % off the power of the residual, and 0.6 to 1.1 m/s2 off the gravity constant, into which most of it
 goes if it is left out; smoothing both sides instead of the rate alone adds 1.1 to 1.4 % to K, by which the smoothing
 over 1.1 s flattens sharp turns.
@@ -20,7 +20,7 @@ from kite_analysis.identification.turning_rates import LawRows, choose, law_rows
 _LEAST_S = 5.0
 _LEAST_STEERING = 1e-3
 _BLOCK_S = 8.0
-_LAGS_S = {"actual": (-0.3, 1.0), "set": (-0.3, 2.5)}
+_LAGS_S = {"actual": (-0.3, 1.0), "commanded": (-0.3, 2.5)}
 _COARSE_S = 0.05
 _LEAST_INDEPENDENT = 1e-6
 _GOLDEN = 0.5 * (5.0**0.5 - 1.0)
@@ -65,7 +65,7 @@ def identify_together(records: list[FlightRecord], angle: str | None = None, tra
                       smooth_both: bool | None = None) -> LawFit:
     """Fit one law to several flights of the same kite; see `identify_law`."""
     angle, transport = choose(records[0], angle, transport)
-    steering = "actual" if records[0].has("steering") else "set"
+    steering = "actual" if records[0].has("steering") else "commanded"
     parts = [law_rows(record, *choose(record, angle, transport), smooth_both, _LAGS_S[steering])
              for record in records]
     seconds = float(np.sum([len(part.rows) * part.period_s for part in parts]))
@@ -124,7 +124,7 @@ def r_squared(measured: Array, residual: Array) -> float:
 def _check_excitation(parts: list[LawRows], seconds: float, angle: str) -> None:
     if seconds < _LEAST_S:
         raise FlightDataError(f"only {seconds:.1f} s in which {angle}, elevation, airspeed and steering are known "
-                              f"without a break; {_LEAST_S:g} s are the least")
+                              f"without a gap; at least {_LEAST_S:g} s are needed")
     moved = float(np.std(np.concatenate([part.steering[part.rows] for part in parts])))
     if moved < _LEAST_STEERING:
         raise FlightDataError(f"the steering hardly moves ({moved:.2g} RMS about its mean): K cannot be identified")
@@ -134,7 +134,7 @@ def _check_independence(design: Array) -> None:
     size = np.linalg.norm(design, axis=0)
     singular = np.linalg.svd(design / np.where(size > 0.0, size, 1.0), compute_uv=False)
     if singular[-1] < _LEAST_INDEPENDENT * singular[0]:
-        raise FlightDataError("too steady a flight: steering, gravity and offset cannot be told apart")
+        raise FlightDataError("the flight is too steady to separate steering, gravity and offset")
 
 
 def _solve(matrix: Array, values: Array) -> Array:

@@ -36,7 +36,7 @@ class LawRows(NamedTuple):
 
 
 def choose(record: FlightRecord, angle: str | None, transport: bool | None) -> tuple[str, bool]:
-    """The angle to use (heading if there is one), and whether the meridians' turning can be allowed for.
+    """The angle to use (heading if there is one), and whether meridian convergence can be allowed for.
 
     Raises:
         FlightDataError: what is needed, or was asked for, is not in the record.
@@ -50,7 +50,7 @@ def choose(record: FlightRecord, angle: str | None, transport: bool | None) -> t
     if not record.has(angle):
         raise FlightDataError(f"no {angle} in the part that is used")
     if transport and not record.has("azimuth"):
-        raise FlightDataError("the turning of the meridians needs an azimuth, and there is none")
+        raise FlightDataError("meridian convergence needs the azimuth, which is missing")
     return angle, record.has("azimuth") if transport is None else transport
 
 

@@ -66,7 +66,7 @@ def hil(options: Namespace) -> int:
     scenario = scenario_of(options, notice)
     options.runtime, options.speed = "hil", 1.0
     plot = _plot_path(options, scenario)
-    notice("the scenario's parameters go into the board; `kite-ground param save` keeps what was there before")
+    notice("the scenario's parameters overwrite the board's; `kite-ground param save` keeps a copy of those")
     with _progress(options, scenario) as progress:
         result, board = fly_board(scenario, options.link, _run_options(options, scenario, progress), notice)
     if options.json:
@@ -74,10 +74,11 @@ def hil(options: Namespace) -> int:
     else:
         report(result, False)
         if board["board_delay_s"] is not None:
-            print(f"the board itself takes {1000 * board['board_delay_s']:.1f} ms from sample to steering, up to "
-                  f"{1000 * board['board_jitter_s']:.1f} ms more; {1000 * board['delay_emulated_s']:.1f} ms were "
+            print(f"the board takes {1000 * board['board_delay_s']:.1f} ms from sample to steering, up to "
+                  f"{1000 * board['board_jitter_s']:.1f} ms more at times; {1000 * board['delay_emulated_s']:.1f} ms "
+                  "were "
                   f"emulated; {1000 * board['delay_flown_s']:.1f} ms were flown, {1000 * board['delay_asked_s']:.0f} "
-                  "asked for")
+                  "requested")
     _keep(result, options, plot)
     return 0
 
@@ -148,7 +149,7 @@ def replay(options: Namespace) -> int:
         return 0
     eight = result.eight
     print(f"{path.name}: {numbers['reel_out_s']:.0f} s of reel-out")
-    print("turning angle from positions, against the recorded course: "
+    print("turning angle from positions compared with the recorded course: "
           f"{numbers['turning_angle_rms_deg']:.2f} deg RMS, "
           f"bias {numbers['turning_angle_bias_deg']:+.2f} deg")
     print(f"fitted eight: azimuth {math.degrees(eight.azimuth):+.1f} +- {math.degrees(eight.half_width):.1f} deg, "
@@ -178,12 +179,12 @@ def _bench_micropython(options: Namespace) -> int:
         print(json.dumps(numbers))
         return 0
     print(f"{numbers['scenario']} under MicroPython, {numbers['ticks']} ticks in flight with telemetry:")
-    print(f"  a tick: {numbers['bytes_per_tick']:.0f} bytes, {numbers['bytes_per_tick_worst']} at most (half on a "
-          f"board); {numbers['us_per_tick']:.0f} us, {numbers['us_per_tick_worst']} at most, here")
-    print(f"  at most {numbers['float_results_worst_at_most']:.0f} float results: some "
+    print(f"  a tick: {numbers['bytes_per_tick']:.0f} bytes, {numbers['bytes_per_tick_worst']} worst (half on a "
+          f"board); {numbers['us_per_tick']:.0f} us, {numbers['us_per_tick_worst']} worst, on this machine")
+    print(f"  at most {numbers['float_results_worst_at_most']:.0f} float results: about "
           f"{numbers['rp2040_worst_tick_ms']:.1f} ms on an RP2040, at 12 us each and 1.5 ms for its frames")
     print(f"  heap: {numbers['free_after_import']} bytes free after import; {numbers['free_lost_bytes']} lost flying")
-    print(f"  collector: {numbers['collector_pause_worst_us']} us at most, here; "
+    print(f"  collector: {numbers['collector_pause_worst_us']} us worst, on this machine; "
           f"firmware as .mpy: {numbers['mpy_bytes']} bytes")
     return 0
 
@@ -215,7 +216,7 @@ def report(result: RunResult, as_json: bool) -> None:
         return
     print(f"{'in TRACK' if numbers['trouble'] else numbers['verdict']}: "
           f"cross-track {math.degrees(numbers['cross_track_rms_rad']):.2f} deg RMS, "
-          f"{math.degrees(numbers['cross_track_max_rad']):.2f} deg at most; turning angle "
+          f"{math.degrees(numbers['cross_track_max_rad']):.2f} deg peak; turning angle "
           f"{math.degrees(numbers['turning_angle_rms_rad']):.1f} deg RMS; steering {numbers['steering_rms']:.3f} RMS, "
           f"at its limit {100 * numbers['saturated_fraction']:.0f} % of the time; "
           f"{numbers['ticks']} ticks, {numbers['overruns']} overruns")

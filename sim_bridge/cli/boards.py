@@ -13,22 +13,25 @@ from sim_bridge.boards.image import ARCHITECTURES, BoardError, lay_out
 def add_board_verbs(verbs: Any) -> None:
     """Add `board-image` and `flash` to the parser."""
     image = verbs.add_parser(
-        "board-image", help="lay the files of a board out in a folder",
-        description="Write main.py, board.py and the compiled firmware into DIR, as they lie on a board. A board.py "
-        "that is there already is kept.")
-    image.add_argument("folder", metavar="DIR", help="the folder, made if need be")
+        "board-image", help="write a board's files into a folder",
+        description="Write main.py, board.py and the compiled firmware into DIR, as they will be on the board. An "
+                    "existing "
+        "board.py is kept.")
+    image.add_argument("folder", metavar="DIR", help="the folder; created if needed")
     image.add_argument("--platform", choices=tuple(ARCHITECTURES), default="rp2", help="default: rp2")
     image.add_argument("--arch", metavar="ARCH", help="architecture for mpy-cross (default: the platform's)")
     image.add_argument("--source", action="store_true", help="the firmware as .py instead of .mpy")
     image.add_argument("--json", action="store_true", help="print JSON for a script")
     image.set_defaults(do=board_image)
     upload = verbs.add_parser(
-        "flash", help="put the firmware onto a board",
-        description="Copy what has changed to the board at PORT with mpremote, write its board.py if it has none, "
-        "restart it, and wait for its first HEARTBEAT.")
+        "flash", help="install the firmware on a board",
+        description="Copy the changed files to the board at PORT with mpremote, write board.py if there is none, "
+        "restart the board and wait for its first HEARTBEAT.")
     upload.add_argument("port", metavar="PORT", help="serial port of the board's console; `mpremote connect list`")
-    upload.add_argument("--dry-run", action="store_true", help="only show what would be done to an empty Pico")
-    upload.add_argument("--listen", metavar="DEVICE[:BAUD]", help="where a UART link ends on this computer")
+    upload.add_argument("--dry-run", action="store_true", help="show what would be done to an empty Pico; change "
+                                                               "nothing")
+    upload.add_argument("--listen", metavar="DEVICE[:BAUD]", help="serial port of this computer at the other end of a "
+                                                                  "UART link")
     upload.set_defaults(do=flash_board)
     for verb in (image, upload):
         _add_settings(verb)
@@ -38,8 +41,8 @@ def _add_settings(verb: ArgumentParser) -> None:
     settings = verb.add_argument_group("settings for a new board.py")
     settings.add_argument("--link", choices=("uart", "wifi"), default="uart", help="default: uart")
     settings.add_argument("--ssid", help="wifi: the network")
-    settings.add_argument("--key", default="", help="wifi: its key; leave it out for an open network")
-    settings.add_argument("--ground", metavar="ADDRESS:PORT", help="wifi: the computer that listens")
+    settings.add_argument("--key", default="", help="wifi: its key; omit for an open network")
+    settings.add_argument("--ground", metavar="ADDRESS:PORT", help="wifi: address and port of the ground station")
     settings.add_argument("--set", action="append", default=[], metavar="ENTRY=VALUE",
                           help="any entry of board.py, for example SERVO_PIN=15")
 
@@ -54,7 +57,7 @@ def board_image(options: Namespace) -> int:
     if options.json:
         print(json.dumps({"folder": str(folder), "files": files, "bytes": size, "kept_board_py": kept}))
     else:
-        note = "; board.py was there and is kept" if kept else ""
+        note = "; existing board.py kept" if kept else ""
         print(f"{len(files)} files, {size // 1024} KB in {folder}{note}")
     return 0
 
@@ -69,7 +72,7 @@ def flash_board(options: Namespace) -> int:
 
     settings = flash(options.port, _entries(options), say, options.dry_run)
     if options.dry_run:
-        say("nothing was done: this was for a Pico with nothing on it")
+        say("dry run for an empty Pico: nothing was changed")
     else:
         wait_for_heartbeat(settings, options.listen, say)
     return 0
@@ -79,7 +82,8 @@ def _entries(options: Namespace) -> dict[str, Any]:
     entries: dict[str, Any] = {"LINK": options.link}
     if options.link == "wifi":
         if not options.ssid or not options.ground:
-            raise BoardError("--link wifi needs --ssid NAME and --ground ADDRESS:PORT, and --key unless it is open")
+            raise BoardError("--link wifi needs --ssid NAME and --ground ADDRESS:PORT, and --key unless the network "
+                             "is open")
         entries |= {"WIFI_SSID": options.ssid, "WIFI_KEY": options.key, "GROUND": options.ground}
     for assignment in options.set:
         name, equals, text = assignment.partition("=")

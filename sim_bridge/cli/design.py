@@ -23,7 +23,7 @@ from sim_bridge.scenario.scenario import ScenarioError
 def add_design_verb(verbs: Any) -> None:
     """Add `design` to the parser."""
     verb = verbs.add_parser(
-        "design", help="work out gains for a delay: limits, best pair, margins",
+        "design", help="compute gains for a delay: limits, best pair, margins",
         formatter_class=argparse.RawDescriptionHelpFormatter,
         description="Limits and best values of the gains P (INNER_P) and L (OUTER_L) for a delay: the paper's, for\n"
         "the inner loop alone, and those of inner and outer loop together. Both optima settle fastest on a target at\n"
@@ -43,14 +43,14 @@ def add_design_verb(verbs: Any) -> None:
     verb.add_argument("--gain-l", type=not_negative, default=outer_l, metavar="L",
                       help=f"present L (default: {outer_l:g})")
     verb.add_argument("--lag", type=not_negative, default=0.0, metavar="S",
-                      help="time constant of the actuator, beside its dead time [s]")
+                      help="time constant of the actuator, in addition to its dead time [s]")
     verb.add_argument("--jitter", type=not_negative, default=0.0, metavar="S",
-                      help="jitter of each direction of the link, uniform, plus or minus [s]")
+                      help="jitter of each link direction, uniform, +- [s]")
     verb.add_argument("--loss", type=not_negative, default=0.0, metavar="SHARE",
-                      help="share of frames lost, each direction")
+                      help="fraction of frames lost, in each direction")
     verb.add_argument("--loss-burst", type=not_negative, default=0.0, metavar="N",
-                      help="mean length of a burst of losses in frames; up to 1 they are independent")
-    add_plot_option(verb, "draw the decay rate over (P, L), and the roots", "design.png here")
+                      help="mean length of a loss burst in frames; up to 1: independent losses")
+    add_plot_option(verb, "plot the decay rate over (P, L), and the roots", "design.png here")
     verb.add_argument("--json", action="store_true", help="print JSON for a script")
     verb.set_defaults(do=design_gains)
 
@@ -85,8 +85,8 @@ def design_gains(options: Namespace) -> int:
 
 def _purpose_lines(result: Design) -> list[str]:
     """What the optima are for: the kite that follows an eight by the plain law wants another P."""
-    half = (f"P = {0.5 * result.limit:.3g}, half the limit at this L, is then better" if result.limit
-            else "but at this L no P is stable")
+    half = (f"P = {0.5 * result.limit:.3g}, half the limit at this L, is better for that" if result.limit
+            else "but no P is stable at this L")
     return [
         "",
         "These optima settle fastest on a target at rest. An eight turns all the time: without FF_GAIN or prediction,",
@@ -109,10 +109,11 @@ def _link_lines(options: Namespace, effective: EffectiveDelay | None, loop_delay
         return []
     share = effective.scatter_s / loop_delay_s
     return [
-        f"jitter of {options.jitter:g} s and loss of {options.loss:.0%} each way make {options.delay:.4g} s act "
-        f"as {effective.delay_s:.4g} s",
-        f"the age scatters by {effective.scatter_s:.3g} s: limits are about {1.2 * share**2:.1%} on the safe side"
-        + ("; too much to go by" if share > 1.0 / 3.0 else ""),
+        f"jitter of {options.jitter:g} s and loss of {options.loss:.0%} in each direction make {options.delay:.4g} s "
+        "act "
+        f"like {effective.delay_s:.4g} s",
+        f"sample age varies by {effective.scatter_s:.3g} s RMS: limits are about {1.2 * share**2:.1%} on the safe side"
+        + ("; too much for this model" if share > 1.0 / 3.0 else ""),
         "",
     ]
 

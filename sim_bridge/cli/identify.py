@@ -20,14 +20,14 @@ from sim_bridge.runs.reader import read_scenario
 _DESCRIPTION = """\
 Fit the turning-rate law and the steering actuator to a flight:
 
-  d(psi)/dt = K Va u + offset + gravity / Va sin(psi) cos(elevation) + turning of the meridians
+  d(psi)/dt = K Va u + offset + gravity / Va sin(psi) cos(elevation) + meridian convergence
 
-SOURCE is the folder that `run --log` wrote, a .tlog, or a CSV file of a real flight (gzipped or not; --columns says
-what its columns mean; by default those of the public flight of the V3 kite of 8 October 2019, whose reel-out is used).
+SOURCE is the folder that `run --log` wrote, a .tlog, or a CSV file of a real flight (gzipped or not; --columns
+describes its columns; by default those of the public V3 flight of 8 October 2019, of which the reel-out is used).
 
-Uncertainties are standard deviations that allow for residuals that are correlated over seconds. A limit of the
-actuator that the flight never came to is not given. The dead time counts from the recorded command: in a run log and
-a tlog that is when it leaves the firmware, so that the delay of the steering's link is part of it."""
+Uncertainties are standard deviations that allow for residuals correlated over seconds. An actuator limit
+that the flight never reached is not reported. The dead time counts from the recorded command: in a run log and
+a tlog, from when it leaves the firmware, so it includes the delay of the steering's link."""
 _EPILOG = """\
 examples:
   kite-sitl identify tests/data/flight/20191008_0010.csv.gz --plot
@@ -51,21 +51,21 @@ ours.toml, for --columns (docs/flight-files.md has every key):
 def add_identify_verb(verbs: Any) -> None:
     """Add `identify` to the parser."""
     verb = verbs.add_parser(
-        "identify", help="find K, gravity and the steering actuator of a flight", description=_DESCRIPTION,
+        "identify", help="identify K, gravity and the steering actuator from a flight", description=_DESCRIPTION,
         epilog=_EPILOG, formatter_class=RawDescriptionHelpFormatter)
-    verb.add_argument("source", metavar="SOURCE", help="a run log's folder, a .tlog, a .csv or a .csv.gz")
+    verb.add_argument("source", metavar="SOURCE", help="a run log's folder, or a .tlog, .csv or .csv.gz file")
     verb.add_argument("--columns", metavar="FILE.toml", help="what the columns of a CSV file mean: see below")
     verb.add_argument("--from", dest="from_s", type=not_negative, default=0.0, metavar="S",
-                      help="use the flight from here on, in seconds since its first row")
-    verb.add_argument("--to", dest="to_s", type=not_negative, default=math.inf, metavar="S", help="use it up to here")
+                      help="start here, in seconds since the first row")
+    verb.add_argument("--to", dest="to_s", type=not_negative, default=math.inf, metavar="S", help="stop here")
     verb.add_argument("--angle", choices=("heading", "course"),
-                      help="the angle that the law is fitted to (default: heading where there is one)")
+                      help="the angle to fit the law to (default: heading if recorded)")
     verb.add_argument("--no-transport", action="store_true",
-                      help="leave the turning of the meridians out (default: as the run's plant has it; else it is in "
-                      "where there is an azimuth)")
-    verb.add_argument("--smooth", type=not_negative, metavar="S", help="width of the smoothing of the angle's rate "
+                      help="leave out meridian convergence (default: as in the run's plant; otherwise "
+                      "included if there is an azimuth)")
+    verb.add_argument("--smooth", type=not_negative, metavar="S", help="smoothing width of the angle's rate "
                       "(default: 1.1 s for a real flight, 0.3 s for a tlog, none for a run log)")
-    add_plot_option(verb, "plot measured against fitted", "NAME-identify.png here")
+    add_plot_option(verb, "plot measured and fitted rates", "NAME-identify.png here")
     verb.add_argument("--json", action="store_true", help="print JSON for a script")
     verb.set_defaults(do=identify)
 
@@ -79,7 +79,7 @@ def identify(options: Namespace) -> int:
         record = record._replace(smoothing_s=options.smooth)
     record = record.between(options.from_s, options.to_s)
     if not record.selected.any():
-        raise FlightDataError(f"{source}: nothing to use between --from {options.from_s:g} and --to {options.to_s:g}; "
+        raise FlightDataError(f"{source}: no data between --from {options.from_s:g} and --to {options.to_s:g}; "
                               f"it lasts {record.time_s[-1]:.0f} s")
     try:
         law = identify_law(record, options.angle, _transport(source, options))
@@ -100,7 +100,7 @@ def identify(options: Namespace) -> int:
 
 
 def _transport(source: Path, options: Namespace) -> bool | None:
-    """Whether to allow for the meridians' turning: as asked, as the run's plant has it, or None: if possible."""
+    """Whether to allow for meridian convergence: as asked, as the run's plant has it, or None: if possible."""
     if options.no_transport:
         return False
     if source.is_dir() and (source / "run.json").exists():
@@ -129,13 +129,13 @@ def _plain(value: Any) -> Any:
 def _print(record: FlightRecord, law: LawFit, actuator: ActuatorFit | None, numbers: dict[str, Any]) -> None:
     """The table for a person."""
     print(f"{numbers['source']} ({record.title}): {law.seconds:.0f} s used, {law.angle}, {law.steering} steering, "
-          f"{'with' if law.transport else 'without'} the turning of the meridians")
+          f"{'with' if law.transport else 'without'} meridian convergence")
     print(f"turning-rate law, R2 {law.r2:.4f}")
     _line("K", law.k_rad_per_m, law.k_rad_per_m_std, "rad/m")
     _line("gravity", law.gravity_m_s2, law.gravity_m_s2_std, "m/s2")
     _line("offset", law.offset_rad_s, law.offset_rad_s_std, "rad/s")
     _line("lag", law.lag_s, law.lag_s_std, f"s of the rate on the {law.steering} steering",
-          "none found within the search")
+          "none found in the search range")
     if actuator is None:
         print(f"no actuator: {numbers['actuator_missing']}")
     else:
@@ -143,9 +143,9 @@ def _print(record: FlightRecord, law: LawFit, actuator: ActuatorFit | None, numb
         _line("dead time", actuator.dead_time_s, actuator.dead_time_s_std, "s")
         _line("rate limit", actuator.rate_limit_per_s, actuator.rate_limit_per_s_std, "per second")
         _line("saturation", actuator.saturation, actuator.saturation_std, "of the range",
-              f"not reached: {actuator.steering_reached:.3f} of the range, or above")
+              f"not reached: {actuator.steering_reached:.3f} of the range or more")
     if law.k_rad_per_m < 0.0:
-        print("K is negative: one of the angle's and the steering's signs is the wrong way round", file=sys.stderr)
+        print("K is negative: the sign of the angle or of the steering is reversed", file=sys.stderr)
     if "plot" in numbers:
         print(f"plot: {numbers['plot']}")
     if record.attribution:

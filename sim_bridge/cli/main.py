@@ -26,7 +26,7 @@ from sim_bridge.runs.run import FOREVER_LIMIT_MB, RUNTIMES
 from sim_bridge.runtimes.interface import FirmwareError
 from sim_bridge.scenario.keys import PLANTS
 from sim_bridge.scenario.scenario import ScenarioError
-from sim_bridge.studies.validation.page import add_reality_verb
+from sim_bridge.studies.validation.page import add_validate_verb
 
 
 def _speed(text: str) -> float:
@@ -39,42 +39,42 @@ def _parser() -> argparse.ArgumentParser:
         epilog="Start with: kite-sitl run paper-delay-tuned --plot")
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="COMMAND")
 
-    listing = verbs.add_parser("list", help="the scenarios that come with kitepilot")
+    listing = verbs.add_parser("list", help="list the scenarios that come with kitepilot")
     listing.set_defaults(do=actions.list_scenarios)
-    keys = verbs.add_parser("keys", help="every key that --set and scenario files know")
+    keys = verbs.add_parser("keys", help="list every key for --set and scenario files")
     keys.set_defaults(do=actions.list_keys)
 
     _add_run(verbs)
     add_rerun_verb(verbs)
 
-    paper = verbs.add_parser("paper", help="make the paper's figures and a table of their numbers")
+    paper = verbs.add_parser("paper", help="reproduce the paper's figures, and a table of their numbers")
     paper.add_argument("--out", metavar="DIR", default="paper", help="folder to write into (default: paper)")
     paper.add_argument("--plant", choices=PLANTS, default="turning-rate",
-                       help="the plant that flies, with its own line, eight and gains (default: turning-rate)")
-    paper.add_argument("--force", action="store_true", help="write over figures that are there")
+                       help="the plant to fly, with its own set of tether, eight and gains (default: turning-rate)")
+    paper.add_argument("--force", action="store_true", help="overwrite existing figures")
     paper.set_defaults(do=actions.paper)
 
     replay = verbs.add_parser(
-        "replay", help="play a real flight into the firmware",
-        description="Play a recorded flight as sensor samples over the wire into the firmware, and hold the turning "
-        "angle that it finds from positions alone against the recorded course.")
+        "replay", help="feed a real flight to the firmware",
+        description="Feed a recorded flight to the firmware as sensor samples over MAVLink, and compare the turning "
+        "angle that it finds from positions alone with the recorded course.")
     replay.add_argument("file", metavar="FILE", help="a flight, CSV or CSV.gz")
     replay.add_argument("--columns", metavar="FILE.toml", help="what the columns of FILE mean "
                         "(docs/flight-files.md; default: those of the public V3 flight)")
     replay.add_argument("--runtime", choices=RUNTIMES, default="cpython", help="default: cpython")
-    add_plot_option(replay, "plot the firmware's turning angle with the recorded one", "NAME-replay.png here")
+    add_plot_option(replay, "plot the firmware's turning angle and the recorded one", "NAME-replay.png here")
     replay.set_defaults(do=actions.replay)
 
-    bench = verbs.add_parser("bench", help="measure how fast the loop runs on this machine")
+    bench = verbs.add_parser("bench", help="measure the speed of the loop on this machine")
     bench.add_argument("--runtime", choices=("inproc", "micropython"), default="inproc",
-                       help="inproc: speed of the loop here; micropython: memory and time of a tick (default: inproc)")
+                       help="inproc: speed of the whole loop; micropython: memory and time of a tick (default: inproc)")
     bench.add_argument("--scenario", metavar="NAME",
-                       help="what is flown (default: paper-delay-tuned; small-kite for micropython)")
+                       help="scenario to fly (default: paper-delay-tuned; small-kite for micropython)")
     bench.add_argument("--duration", type=positive, metavar="S",
-                       help="simulated seconds (60; 600 for micropython)")
+                       help="simulated seconds (default: 60; 600 for micropython)")
     bench.set_defaults(do=actions.bench)
     add_sweep_verb(verbs)
-    add_reality_verb(verbs)
+    add_validate_verb(verbs)
     add_design_verb(verbs)
     add_identify_verb(verbs)
     add_board_verbs(verbs)
@@ -87,30 +87,30 @@ def _add_run(verbs: Any) -> None:
     run = verbs.add_parser(
         "run", help="fly a scenario", formatter_class=argparse.RawDescriptionHelpFormatter,
         description="Fly a scenario by its name, or from a TOML file by its path.\n\n"
-        "With --log the flight is recorded as it goes, up to the last second whatever ends it; a full disk ends the\n"
-        "log and not the flight. `kite-sitl rerun DIR` flies it again.",
+        "With --log the flight is recorded as it goes; a crash costs at most the last second. A full disk ends the\n"
+        "log, not the flight. `kite-sitl rerun DIR` flies it again.",
         epilog=f"verdict: {RULE}\n\nexamples:\n"
         "  kite-sitl run paper-delay --json\n"
         "  kite-sitl run paper-delay --param INNER_P=1.84 --plot\n"
         "  kite-sitl run small-kite --set link.control.jitter_s=0.03 --set link.control.loss=0.05 --seed 7\n"
         "  kite-sitl run v3-flight --runtime cpython --speed 1 --ground --status --forever")
     run.add_argument("--runtime", choices=RUNTIMES,
-                     help="where the firmware runs: in this process, or in one of its own "
+                     help="where the firmware runs: in this process, or in its own "
                      "(default: inproc; with --ground cpython)")
     run.add_argument("--speed", type=_speed, default=float("inf"), metavar="max|N",
                      help="max: as fast as it goes, in lockstep; N: N times real time; "
-                     "1 with a process of its own: the firmware keeps its own time (default: max)")
+                     "1 in its own process: real time, on the firmware's own clock (default: max)")
     run.set_defaults(do=actions.run)
     hil = verbs.add_parser(
-        "hil", help="fly a real board on the simulated kite", formatter_class=argparse.RawDescriptionHelpFormatter,
+        "hil", help="let a real board fly the simulated kite", formatter_class=argparse.RawDescriptionHelpFormatter,
         description="Hardware in the loop: a board with SENSORS = 'hil' flies the simulated kite in real time,\n"
         "through its own link. The scenario's parameters are loaded into the board. The board's own delay is\n"
-        "measured, and the emulated one shortened by it.",
+        "measured, and the emulated delay shortened by it.",
         epilog="The verdict is explained by `kite-sitl run --help`.\n\nexamples:\n"
         "  kite-sitl hil --link serial:/dev/ttyACM0:115200 small-kite --status\n"
         "  kite-sitl hil --link udp:0.0.0.0:14555 v3-flight --ground --forever")
     hil.add_argument("--link", required=True, metavar="LINK",
-                     help="serial:DEVICE:BAUD, or udp:HOST:PORT: where the board sends to")
+                     help="serial:DEVICE:BAUD, or udp:HOST:PORT, the address that the board sends to")
     hil.set_defaults(do=actions.hil)
     for verb in (run, hil):
         _add_flight(verb)
@@ -122,7 +122,7 @@ def _add_flight(verb: argparse.ArgumentParser) -> None:
     verb.add_argument("--set", action="append", default=[], metavar="section.key=value",
                       help="change a key of the scenario (see `kite-sitl keys`)")
     verb.add_argument("--param", action="append", default=[], metavar="NAME=value", help="change a firmware parameter")
-    verb.add_argument("--seed", type=int, help="seed of everything random (run.seed)")
+    verb.add_argument("--seed", type=int, help="seed of all random numbers (run.seed)")
     length = verb.add_mutually_exclusive_group()
     length.add_argument("--duration", type=positive, metavar="S", help="length of the flight (run.duration_s)")
     length.add_argument("--forever", action="store_true", help="fly until Ctrl-C")
@@ -131,9 +131,9 @@ def _add_flight(verb: argparse.ArgumentParser) -> None:
     verb.add_argument("--log", metavar="DIR",
                       help="write the run log into this new folder, as the flight goes (see docs/run-log.md)")
     verb.add_argument("--log-limit", type=not_negative, metavar="MB",
-                      help="keep the log below this size: its oldest part goes when there is more; 0 is no limit "
+                      help="keep the log below this size by dropping its oldest part; 0 is no limit "
                       f"(default: {FOREVER_LIMIT_MB:g} with --forever, else none)")
-    verb.add_argument("--status", action="store_true", help="a status line each second of flight")
+    verb.add_argument("--status", action="store_true", help="print a status line for each second of flight")
     add_plot_option(verb, "plot the flight", "NAME.png here, or in the run log's folder")
     verb.add_argument("--json", action="store_true", help="print the result as JSON")
 

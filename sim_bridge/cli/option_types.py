@@ -15,7 +15,7 @@ def positive(text: str) -> float:
     """A finite number above 0."""
     value = number(text)
     if not 0.0 < value < float("inf"):
-        raise ArgumentTypeError(f"{text} should be more than 0, and finite")
+        raise ArgumentTypeError(f"{text} must be more than 0, and finite")
     return value
 
 
@@ -23,7 +23,7 @@ def not_negative(text: str) -> float:
     """A finite number, 0 or more."""
     value = number(text)
     if not 0.0 <= value < float("inf"):
-        raise ArgumentTypeError(f"{text} should be 0 or more, and finite")
+        raise ArgumentTypeError(f"{text} must be 0 or more, and finite")
     return value
 
 

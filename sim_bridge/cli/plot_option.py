@@ -16,7 +16,7 @@ def add_plot_option(verb: ArgumentParser, what: str, default: str) -> None:
     """Add --plot [FILE] and --force; `what` is drawn into `default` where no file is named."""
     verb.add_argument("--plot", nargs="?", const="", metavar="FILE",
                       help=f"{what} (default: {default}); {ENDINGS_IN_WORDS} names the format")
-    verb.add_argument("--force", action="store_true", help="let --plot write over a file that is there")
+    verb.add_argument("--force", action="store_true", help="let --plot overwrite an existing file")
 
 
 def leave_words_to_others(arguments: Sequence[str]) -> list[str]:

@@ -15,11 +15,11 @@ from sim_bridge.runs.run import RecordedGround, RunOptions, run_scenario
 from sim_bridge.scenario.scenario import ScenarioError
 
 _DESCRIPTION = """\
-Fly the run logged in DIR again, what ground stations sent included, and compare every tick of it.
+Fly the run logged in DIR again, with everything that ground stations sent, and compare every tick.
 
-The values are those of the log, defaults and wind file included. If the code, a version or a default is
-another one here, that is said first. A log that was cut off (Ctrl-C, kill, a full disk, a firmware that
-died) is repeated up to its last tick. Runs in real time cannot be repeated to the bit.
+All values come from the log, defaults and wind file included. Code, versions and defaults that differ here are
+reported first. A truncated log (Ctrl-C, kill, a full disk, a firmware that died) is repeated up to its last tick.
+Real-time runs cannot be repeated to the bit.
 
 Exit 0: the same to the bit; 1: a number differs; 2: it cannot be flown again."""
 
@@ -46,8 +46,8 @@ def rerun(options: Namespace) -> int:
     folder = Path(options.folder)
     about = read_about(folder)
     if about["real_time"]:
-        raise ScenarioError(f"{folder}: flown in real time, which cannot be repeated to the bit; "
-                            "only runs in lockstep can")
+        raise ScenarioError(f"{folder}: a real-time run, which cannot be repeated to the bit; "
+                            "only lockstep runs can")
     scenario = scenario_as_logged(about, folder)
     period_s = 1.0 / scenario.parameter("LOOP_HZ")
     truth = LoggedTruth(folder)
@@ -67,7 +67,7 @@ def rerun(options: Namespace) -> int:
         upto = f" up to {span.until_s:.2f} s ({span.why})" if span.why else ""
         print(f"the same to the bit{upto}" if difference is None else f"NOT the same: {difference}")
         if difference and others:
-            print("it was flown otherwise than here, as said above")
+            print("code, versions or defaults differ, as listed above")
     return 0 if difference is None else 1
 
 
@@ -80,12 +80,12 @@ def _span(folder: Path, about: dict[str, Any], truth: LoggedTruth, known_before:
     why = None if about.get("complete", True) and not about.get("log_ended") else "the log ends there"
     rows = len(truth.rows)
     if truth.is_cut:
-        why = "truth.csv is cut off there"
+        why = "truth.csv is truncated there"
     while rows and round(truth.time_s(rows - 1) / period_s) >= known_before:
         rows -= 1
-        why = "what ground stations sent is recorded no further"
+        why = "ground-station input is not recorded beyond it"
     if not rows:
-        raise ScenarioError(f"{folder}: the log ends before the flight began; there is nothing to fly again")
+        raise ScenarioError(f"{folder}: the log ends before the flight began: nothing to fly again")
     return _Span(rows, truth.time_s(rows - 1) + period_s, why)
 
 

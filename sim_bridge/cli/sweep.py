@@ -27,31 +27,33 @@ _VERDICTS = (*VERDICTS, "refused")
 def add_sweep_verb(verbs: Any) -> None:
     """Add `sweep` to the verbs of `kite-sitl`."""
     sweep = verbs.add_parser(
-        "sweep", help="fly a scenario many times over a grid or a random sample",
+        "sweep", help="fly a scenario many times, over a grid or a random sample",
         formatter_class=argparse.RawDescriptionHelpFormatter,
         description="Fly a scenario over a grid of values, or with --runs over a random sample of them, on all cores.\n"
-        "Run number n flies with the seed run.seed + n. Results go into a CSV file, a line a run; the same command\n"
-        "goes on where a sweep was killed or the disk was full. Runs of other code, other defaults or another wind do\n"
-        "not get into the same file unless you say so.",
-        epilog=f"verdict: {RULE}\n  refused       it could not be flown; `trouble` says why\n\n"
+        "Run number n flies with the seed run.seed + n. Results go into a CSV file, one line per run; the same "
+        "command\n"
+        "resumes an interrupted sweep. Runs with other code, defaults or wind do not\n"
+        "get into the same file unless you say so.",
+        epilog=f"verdict: {RULE}\n  refused       could not be flown; `trouble` says why\n\n"
          "values: FIRST:LAST:COUNT, FIRST:LAST:COUNT:log, or A,B,C\nexamples:\n"
         "  kite-sitl sweep paper-delay-tuned --over param.INNER_P=1:10:20 --over link.control.delay_s=.1:.5:5 --plot\n"
         "  kite-sitl sweep v3-flight --over wind.turbulence_intensity=0:0.3:2 --over param.INNER_P=1:3:2 --runs 99\n"
         "  kite-sitl sweep small-kite --over run.seed=1,2,3,4 --scheduler tcp://10.0.0.7:8786")
     sweep.add_argument("scenario", metavar="NAME", help="a scenario of `kite-sitl list`, or a .toml file")
     sweep.add_argument("--over", action="append", required=True, metavar="KEY=VALUES",
-                       help="go over the values of a key, `section.key` or `param.NAME`; may be repeated")
-    sweep.add_argument("--runs", type=count, metavar="N", help="N random values within the ranges instead of the grid")
-    sweep.add_argument("--set", action="append", default=[], metavar="section.key=value", help="as in `run`")
-    sweep.add_argument("--param", action="append", default=[], metavar="NAME=value", help="as in `run`")
+                       help="vary a key, `section.key` or `param.NAME`; may be repeated")
+    sweep.add_argument("--runs", type=count, metavar="N", help="fly N random points within the ranges instead of the "
+                                                               "grid")
+    sweep.add_argument("--set", action="append", default=[], metavar="section.key=value", help="as for `kite-sitl run`")
+    sweep.add_argument("--param", action="append", default=[], metavar="NAME=value", help="as for `kite-sitl run`")
     sweep.add_argument("--seed", type=int, help="seed of the sweep: of the sample, and of the first run (run.seed)")
     sweep.add_argument("--duration", type=positive, metavar="S", help="length of each flight (run.duration_s)")
     sweep.add_argument("--out", metavar="CSV", help="file of results (default: NAME-sweep.csv here)")
     sweep.add_argument("--other-code", action="store_true",
-                       help="go on although other code flew the runs that are there; the column code tells them apart")
-    sweep.add_argument("--jobs", type=count, metavar="N", help="processes at a time (default: one for each core)")
-    sweep.add_argument("--scheduler", metavar="tcp://HOST:PORT", help="a Dask scheduler whose workers fly instead")
-    add_plot_option(sweep, "plot the first two axes, with the theory's limits", "the CSV's name, .png")
+                       help="resume although other code flew the existing runs; the column `code` tells them apart")
+    sweep.add_argument("--jobs", type=count, metavar="N", help="number of processes (default: one per core)")
+    sweep.add_argument("--scheduler", metavar="tcp://HOST:PORT", help="fly on the workers of this Dask scheduler")
+    add_plot_option(sweep, "plot the first two axes, with the limits from theory", "the CSV's name, .png")
     sweep.add_argument("--json", action="store_true", help="print a summary as JSON")
     sweep.set_defaults(do=sweep_command)
 
@@ -94,7 +96,7 @@ def _fly(options: Namespace, axes: list[Axis], points: list[tuple[str, ...]], sc
     missing = [run for run in range(len(points)) if run not in results.rows]
     if len(missing) < len(points):
         other = f", {results.flown_by_other_code} of them by other code" if results.flown_by_other_code else ""
-        notice(f"{len(points) - len(missing)} of {len(points)} runs are there already{other}")
+        notice(f"{len(points) - len(missing)} of {len(points)} runs exist already{other}")
     try:
         with make_executor(options.jobs, options.scheduler) as executor, \
                 tqdm(total=len(points), initial=len(points) - len(missing), unit="run",
@@ -106,7 +108,7 @@ def _fly(options: Namespace, axes: list[Axis], points: list[tuple[str, ...]], sc
 
             fly_all(executor, [(run, scenarios[run].to_dict()) for run in missing], take)
     except KeyboardInterrupt:
-        notice(f"stopped after {len(results.rows)} of {len(points)} runs; the same command goes on")
+        notice(f"stopped after {len(results.rows)} of {len(points)} runs; the same command resumes")
         return True
     return False
 

@@ -151,7 +151,7 @@ class Flight:
     def metrics(self) -> Metrics:
         """The flight's numbers and the verdict, after the scenario's settling time."""
         if not self.rows:
-            return Metrics(None, None, None, None, None, NOT_MEASURED, "it ended before the flight began")
+            return Metrics(None, None, None, None, None, NOT_MEASURED, "interrupted before the flight began")
         return measure(self.track(), self.scenario["run.settle_s"], self.trouble)
 
     def recent_errors(self, seconds: float) -> tuple[float, float]:

@@ -38,9 +38,10 @@ def slowness(kind: str) -> str | None:
         return None
     if find_spec("numba") is None:
         return (f"without numba the {kind} plant flies at about real time: "
-                "pip install 'kitepilot[fast]' makes it some 50 times faster")
+                "pip install 'kitepilot[fast]' makes it about 50 times faster")
     if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
-        return f"NUMBA_DISABLE_JIT is set: the {kind} plant flies at about real time, some 50 times slower than without"
+        return (f"NUMBA_DISABLE_JIT is set: the {kind} plant flies at about real time, "
+                "about 50 times slower than without it")
     return None
 
 
@@ -56,7 +57,7 @@ def warm_up(scenario: Scenario, notice: Callable[[str], None]) -> None:
     if slow := slowness(kind):
         notice(slow)
         return
-    waiting = threading.Timer(1.5, notice, [f"compiling the {kind} plant, once for this machine"])
+    waiting = threading.Timer(1.5, notice, [f"compiling the {kind} plant (once per machine)"])
     waiting.daemon = True
     begin = time.monotonic()
     waiting.start()
@@ -66,4 +67,4 @@ def warm_up(scenario: Scenario, notice: Callable[[str], None]) -> None:
     finally:
         waiting.cancel()
     if (took_s := time.monotonic() - begin) > 1.5:
-        notice(f"compiled in {took_s:.1f} s, and kept for the next flights")
+        notice(f"compiled in {took_s:.1f} s and cached")

@@ -15,10 +15,11 @@ _EVERYBODY = 0  # there is one kite on the link, whatever its system id
 _US = (BRIDGE_SYSTEM, BRIDGE_COMPONENT)
 _TRACK = dialect.KITE_MODE_TRACK
 _REFUSALS = {
-    dialect.MAV_PARAM_ERROR_DOES_NOT_EXIST: "it has no such parameter",
+    dialect.MAV_PARAM_ERROR_DOES_NOT_EXIST: "no such parameter",
     dialect.MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE: "out of range",
     dialect.MAV_PARAM_ERROR_READ_ONLY: "read-only",
-    dialect.MAV_PARAM_ERROR_PERMISSION_DENIED: "only while disarmed, and a ground station has armed it",
+    dialect.MAV_PARAM_ERROR_PERMISSION_DENIED: "can be set only while disarmed, and a ground station has armed the "
+                                               "kite",
 }
 
 
@@ -80,7 +81,7 @@ class Preflight:
         if self._wanted:
             raise FirmwareError(f"the firmware did not acknowledge {next(iter(self._wanted))}")
         if not self.done:
-            raise FirmwareError(f"the firmware would not {'track' if self._armed else 'arm'}: {self._reason}")
+            raise FirmwareError(f"the firmware refused to {'track' if self._armed else 'arm'}: {self._reason}")
 
     def _acknowledge(self, command: int, result: int) -> None:
         if result != dialect.MAV_RESULT_ACCEPTED:

@@ -74,7 +74,7 @@ class GroundSocket:
             self._socket.close()
             raise ScenarioError(
                 f"ground.listen = {scenario['ground.listen']}: {error.strerror}; "
-                "end the other program or set ground.listen to another port") from error
+                "stop the other program or set ground.listen to another port") from error
         self.address: _Address = self._socket.getsockname()
 
     def receive(self) -> list[bytes]:
@@ -123,4 +123,4 @@ def _resolved(text: str) -> _Address:
     try:
         return socket.gethostbyname(host), port
     except OSError as error:
-        raise ScenarioError(f"ground.send_to = {text}: {host} is not known here ({error.strerror})") from error
+        raise ScenarioError(f"ground.send_to = {text}: unknown host {host} ({error.strerror})") from error

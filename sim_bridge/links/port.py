@@ -43,7 +43,7 @@ def open_port(link: str, say: Callable[[str], None]) -> Port:
             return SerialPort(device, int(baud), say)
     elif kind == "udp":
         return UdpPort(parse_address(rest, f"--link {link}"), link)
-    raise ScenarioError(f"--link {link}: should be serial:DEVICE:BAUD or udp:HOST:PORT, "
+    raise ScenarioError(f"--link {link}: must be serial:DEVICE:BAUD or udp:HOST:PORT, "
                         "such as serial:/dev/ttyACM0:115200")
 
 
@@ -63,8 +63,8 @@ class UdpPort:
             self._socket.bind(address)
         except OSError as error:
             self._socket.close()
-            raise ScenarioError(f"--link {link}: {error.strerror}; it is an address of this computer, "
-                                "the one that GROUND in the board's board.py names") from error
+            raise ScenarioError(f"--link {link}: {error.strerror}; give an address of this computer, "
+                                "the one in GROUND of the board's board.py") from error
 
     def send(self, data: bytes) -> None:
         """See Port."""
@@ -138,13 +138,13 @@ class SerialPort:
             self._retry_at = time.monotonic() + _RETRY_S
             try:
                 self._serial = self._open()
-                self._say(f"{self._device} is back")
+                self._say(f"{self._device} connected again")
             except ScenarioError:
                 return False
         return bool(self._serial)
 
     def _lost(self, error: Exception) -> None:
-        self._say(f"{self._device} is gone ({error}): the board parks by itself; plug it in again, I keep trying")
+        self._say(f"{self._device} disconnected ({error}): the board parks the kite; plug it in again, retrying")
         self._serial.close()
         self._serial = None
         self._retry_at = time.monotonic() + _RETRY_S

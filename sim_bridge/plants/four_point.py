@@ -105,7 +105,7 @@ class FourPointKite(TetheredKite):
         span, up = sqrt(float(width @ width)), middle - pod
         height = float((top - middle) @ up) / (sqrt(float(up @ up)) + 1e-12)
         if not (span < _BURST * shape.width_m and abs(height) < _BURST * shape.height_m):  # NaN, too
-            self.trouble = "the state of the kite is lost: its masses, areas and stiffnesses do not go together"
+            self.trouble = "the integration diverged: the kite's masses, areas and stiffnesses do not match"
         elif span < _COLLAPSED * shape.width_m:
             self.trouble = f"the kite collapsed: its tips are {span:.1f} m apart, not {shape.width_m:.1f} m"
         elif height < _COLLAPSED * shape.height_m:
@@ -141,9 +141,9 @@ class FourPointKite(TetheredKite):
         reason = self.trouble
         lift, pull, weight = self._air_force(), self.system.tension(0), GRAVITY * float(np.sum(self.system.masses))
         if not reason and (lift < weight or pull < _LEAST_PULL * weight):
-            reason = f"lift and drag are {lift:.0f} N, the weight {weight:.0f} N, the pull on the ground {pull:.0f} N"
+            reason = f"lift and drag are {lift:.0f} N, the weight {weight:.0f} N, the tether force {pull:.0f} N"
         elif not reason and (self.kite_velocity() @ course < _LEAST_SPEED_M_S or self.nose() @ course < 0.0):
-            reason = "it does not get ahead"
+            reason = "it makes no headway"
         if reason:
             azimuth, elevation = degrees(atan2(gamma[1], gamma[0])), degrees(asin(gamma[2]))
             raise ScenarioError(

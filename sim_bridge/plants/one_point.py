@@ -139,7 +139,7 @@ class OnePointKite(TetheredKite):
         driven = [i for i, speed in enumerate(speeds) if push(speed) > 0.0]
         where = f"plant.kind = one-point: in {wind:.1f} m/s of wind the kite cannot fly at the start"
         if not driven or driven[-1] + 1 == len(speeds):
-            raise ScenarioError(f"{where}: nothing drives it along its course there")
+            raise ScenarioError(f"{where}: no force drives it along its course there")
         low, high = float(speeds[driven[-1]]), float(speeds[driven[-1] + 1])
         for _ in range(50):
             middle = 0.5 * (low + high)
@@ -147,7 +147,7 @@ class OnePointKite(TetheredKite):
         push(low)
         pull = float(force[-1] @ gamma) + float(system.masses[-1]) * low * low / self.tether.length_m
         if pull <= 0.0:
-            raise ScenarioError(f"{where}: its tether would be slack, for want of {-pull:.0f} N of lift")
+            raise ScenarioError(f"{where}: its tether would be slack: {-pull:.0f} N of lift are missing")
         stretch = 1.0 + pull / self.tether.stiffness_n
         system.x *= stretch
         system.v *= stretch

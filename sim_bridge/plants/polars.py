@@ -75,9 +75,10 @@ def _table(scenario: Any, kind: str) -> Table:
     angles_key, values_key = f"kite.{kind}_angles_deg", f"kite.{kind}_coefficients"
     angles, values = np.array(scenario[angles_key]), np.array(scenario[values_key])
     if len(angles) != len(values):
-        raise ScenarioError(f"{angles_key} has {len(angles)} numbers, {values_key} {len(values)}: they go in pairs")
+        raise ScenarioError(f"{angles_key} has {len(angles)} numbers, {values_key} {len(values)}: they must have "
+                            "equal lengths")
     if len(angles) < 4 or angles[0] != -180.0 or angles[-1] != 180.0 or (np.diff(angles) <= 0.0).any():
-        raise ScenarioError(f"{angles_key} takes 4 or more angles that grow from -180 to 180")
+        raise ScenarioError(f"{angles_key} takes 4 or more angles, increasing, from -180 to 180")
     return _spline(angles, values)
 
 

@@ -93,11 +93,11 @@ class TetheredKite(ABC):
     def _look_for_trouble(self) -> None:
         height, x = float(self.kite_position()[2]), self.system.x
         if not isfinite(np.vdot(x, x)):  # the fastest way to ask all of them
-            self.trouble = f"the state of the kite is lost: a step of {self.step_s:g} s is too long for it"
+            self.trouble = f"the integration diverged: a step of {self.step_s:g} s is too long"
         elif height < _LEAST_HEIGHT_M:
             wind = sqrt(float(self.wind @ self.wind))
-            slack = ", its tether slack" if self.system.tension(0) <= 0.0 else ""
-            self.trouble = f"the kite came down to the ground in {wind:.1f} m/s of wind{slack}"
+            slack = ", tether slack" if self.system.tension(0) <= 0.0 else ""
+            self.trouble = f"the kite crashed in {wind:.1f} m/s of wind{slack}"
 
 
 def start_air(scenario: Scenario) -> Air:

@@ -2,7 +2,7 @@
 
     d(psi)/dt = K Va u + offset + c2 / Va sin(psi) cos(elevation)
 
-on top of the turning of the meridians, so that a kite that does not turn flies a great circle. Sources: J. H. Baayen
+on top of meridian convergence, so that a kite that does not turn flies a great circle. Sources: J. H. Baayen
 (2012), equation 1; M. Erhard and H. Strauch, "Control of towing kites for seagoing vessels" (2013), for gravity and
 for the airspeed of the glide law, Va = wind along the tether * glide ratio.
 
@@ -105,7 +105,7 @@ class TurningRatePlant:
         turning = self._turn_k * airspeed * steering + self._offset * fade
         if self._gravity:
             turning += self._gravity / max(_LEAST_AIRSPEED, airspeed) * fade * drop
-        if not self._transport:  # hold the turning angle on a straight flight: undo the meridians' turning
+        if not self._transport:  # hold the turning angle on a straight flight: undo meridian convergence
             turning -= forward * drop * z / max(1e-3, x * x + y * y)
         return turning, forward, sideways
 

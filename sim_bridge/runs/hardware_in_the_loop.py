@@ -54,10 +54,10 @@ def delay_problem(measured: dict[str, Any]) -> str | None:
     asked_s, board_s = measured["delay_asked_s"], measured["board_delay_s"]
     asked_ms = 1000 * asked_s
     if board_s is None:
-        return (f"the board's own delay is not known (it comes from KITE_STATE: see STATE_HZ), so the {asked_ms:.0f} "
-                "ms asked for were emulated on top of it")
+        return (f"the board's delay is unknown (it comes from KITE_STATE: see STATE_HZ), so the {asked_ms:.0f} "
+                "ms requested were emulated on top of it")
     if board_s > asked_s:
-        return (f"the board alone takes {1000 * board_s:.0f} ms, more than the {asked_ms:.0f} ms asked for: "
+        return (f"the board alone takes {1000 * board_s:.0f} ms, more than the {asked_ms:.0f} ms requested: "
                 f"{1000 * measured['delay_flown_s']:.0f} ms were flown")
     return None
 
@@ -72,10 +72,10 @@ def link_warnings(scenario: Scenario, bytes_per_s: float) -> list[str]:
     from_board = STEERING_BYTES * loop_hz + _STATE_BYTES * state_hz + _OTHER_BYTES_S
     warnings = []
     if to_board > _FULL * bytes_per_s:
-        warnings.append(f"{to_board:.0f} bytes/s of samples do not fit through {bytes_per_s:.0f}: "
+        warnings.append(f"{to_board:.0f} bytes/s of samples exceed the link's {bytes_per_s:.0f}: "
                         "lower sensors.rate_hz, or use a faster link")
     if from_board > _FULL * bytes_per_s:
         room = (_FULL * bytes_per_s - STEERING_BYTES * loop_hz - _OTHER_BYTES_S) / _STATE_BYTES
         help_ = f"set --param STATE_HZ={max(1, int(room))}" if room > 1 else "use a faster link"
-        warnings.append(f"{from_board:.0f} bytes/s from the board do not fit through {bytes_per_s:.0f}: {help_}")
+        warnings.append(f"{from_board:.0f} bytes/s from the board exceed the link's {bytes_per_s:.0f}: {help_}")
     return warnings

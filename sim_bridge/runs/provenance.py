@@ -44,7 +44,7 @@ def scenario_as_logged(about: dict[str, Any], folder: Path) -> Scenario:
     where = str(folder / "run.json")
     logged = about.get("scenario")
     if not isinstance(logged, dict) or not all(isinstance(logged.get(part), dict) for part in ("values", "parameters")):
-        raise ScenarioError(f"{where}: holds no scenario")
+        raise ScenarioError(f"{where}: does not hold a scenario")
     known = {part: {name: value for name, value in logged[part].items() if name in table}
              for part, table in _tables().items()}
     scenario = Scenario.from_dict(logged | known, where)
@@ -56,7 +56,7 @@ def scenario_as_logged(about: dict[str, Any], folder: Path) -> Scenario:
 def differences(about: dict[str, Any]) -> list[str]:
     """What decided the flight of a run.json and is another here, in words; the values flown are those of the log."""
     if "defaults" not in about:
-        return ["logged by an older version, which kept neither defaults nor the code's fingerprint"]
+        return ["logged by an older version, without defaults and code fingerprint"]
     found = []
     other = [name for name, here in code_fingerprints().items() if about.get("code", {}).get(name) != here]
     if other:

@@ -23,7 +23,7 @@ class LoggedTruth:
         lines: list[str] = []
         parts = [path for path in (set_aside(folder / TRUTH), folder / TRUTH) if path.exists()]
         if not parts:
-            raise ScenarioError(f"{folder / TRUTH} is missing: nothing says how the kite flew")
+            raise ScenarioError(f"{folder / TRUTH} is missing: no record of the flight")
         self.columns: list[str] = []
         self.is_cut = False
         for path in parts:
@@ -82,7 +82,7 @@ def read_input(folder: Path, about: dict[str, Any]) -> tuple[dict[int, list[byte
         return {}, float("inf")
     path = folder / INPUT
     if not path.exists():
-        raise ScenarioError(f"{path} is missing: nothing says what ground stations sent in this flight")
+        raise ScenarioError(f"{path} is missing: no record of what ground stations sent")
     datagrams: dict[int, list[bytes]] = {}
     known_before = float("inf") if about["format"] == _OLD_FORMAT else float("-inf")
     for line in _lines(path):

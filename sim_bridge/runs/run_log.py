@@ -63,7 +63,7 @@ class RunLog:
         try:
             folder.mkdir(parents=True, exist_ok=True)
             if any(folder.iterdir()):
-                raise ScenarioError(f"--log {folder}: not empty; name a new folder")
+                raise ScenarioError(f"--log {folder}: not empty; give a new folder")
         except OSError as error:
             raise self._unusable(error) from error
 
@@ -113,7 +113,7 @@ class RunLog:
             self._write_about()
         except OSError as error:
             if not self.ended:  # else it was said
-                self._notice(f"log {self.folder}: {RUN} stays as it was before the flight: {error.strerror}")
+                self._notice(f"log {self.folder}: {RUN} not updated after the flight: {error.strerror}")
 
     def _commit(self) -> None:
         files = self._files
@@ -160,12 +160,12 @@ class RunLog:
         if self._is_flooded:
             return b""
         self._is_flooded = True
-        text = f"log {self.folder}: ground stations send more than {self._budget.text}: not all of it is recorded"
+        text = f"log {self.folder}: ground stations send more than {self._budget.text}: some of it is not recorded"
         if not self._records_input:
             self._notice(text)
             return b""
         self._records_input = False
-        self._notice(f"{text}, and a rerun repeats up to {max(0.0, record.time_s):.1f} s of the flight")
+        self._notice(f"{text}; a rerun repeats up to {max(0.0, record.time_s):.1f} s of the flight")
         return f"{COMPLETE_BEFORE}{record.tick}\n".encode()
 
     def _control(self, record: TickRecord) -> bytes:

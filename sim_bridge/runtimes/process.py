@@ -52,7 +52,7 @@ class ProcessRuntime(WireRuntime):
         """See Runtime: waits for the first frame of the process, which tells its address."""
         spec = importlib.util.find_spec("firmware_py")
         if spec is None or spec.origin is None:
-            raise FirmwareError("the folder firmware_py is not installed")
+            raise FirmwareError("the package firmware_py is not installed")
         host, port = self._socket.getsockname()
         self._process = subprocess.Popen(
             [*self._command, "-m", "firmware_py.main", host, str(port), self.pace],

@@ -75,7 +75,7 @@ class HilRuntime(WireRuntime):
                 while time.monotonic() < deadline:
                     self._port.receive(0.1)  # its answers must not be taken for those to the preflight
                 return
-        raise FirmwareError(f"the board says nothing for {self._patience_s:g} s: is it powered, is this its port, "
+        raise FirmwareError(f"no message from the board for {self._patience_s:g} s: is it powered, is this its port, "
                             "is the baud rate right, does its board.py name this link?")
 
     def begin(self, period_s: float, first_time_s: float) -> None:

@@ -25,14 +25,14 @@ def _flag(default: bool, text: str) -> Key:
 def _link(name: str, what: str) -> dict[str, Key]:
     """Keys of a path: for both directions together, and for each alone (those win)."""
     both = {
-        "delay_s": ("delay there and back, half for each direction", 30.0),
-        "jitter_s": ("jitter of each direction, uniform, plus or minus", 10.0),
-        "loss": ("share of frames lost, each direction", 1.0),
-        "loss_burst": ("mean length of a burst of losses in frames; up to 1 they are independent", 1000.0),
-        "duplicate": ("share of frames that arrive twice", 1.0),
-        "reorder": ("share of frames held back by reorder_s, so that others overtake them", 1.0),
+        "delay_s": ("delay of both directions together, half each", 30.0),
+        "jitter_s": ("jitter of each direction, uniform, +-", 10.0),
+        "loss": ("fraction of frames lost, in each direction", 1.0),
+        "loss_burst": ("mean length of a loss burst in frames; up to 1: independent losses", 1000.0),
+        "duplicate": ("fraction of frames that arrive twice", 1.0),
+        "reorder": ("fraction of frames held back by reorder_s, so that others overtake them", 1.0),
         "reorder_s": ("how long a held-back frame waits", 10.0),
-        "rate_bytes_s": ("bytes a second that the link carries; 0 is no limit", 1e9),
+        "rate_bytes_s": ("capacity of the link in bytes per second; 0 is no limit", 1e9),
     }
     keys = {}
     for key, (text, greatest) in both.items():
@@ -46,8 +46,8 @@ def _link(name: str, what: str) -> dict[str, Key]:
 
 
 KEYS: dict[str, Key] = {
-    "title": Key("", "one line about the scenario", kind=str),
-    "plant.kind": Key("turning-rate", "the plant that flies", choices=PLANTS, kind=str),
+    "title": Key("", "title of the scenario", kind=str),
+    "plant.kind": Key("turning-rate", "plant to fly", choices=PLANTS, kind=str),
     "plant.speed_law": Key(
         "constant",
         "constant: speed_over_length; glide: Va = wind * glide_ratio * cos(angle to the wind) (Erhard and Strauch)",
@@ -59,8 +59,9 @@ KEYS: dict[str, Key] = {
     "plant.glide_ratio": number(5.0, "glide ratio of the glide law", 0.1, 50.0),
     "plant.gravity_m_s2": number(0.0, "gravity constant c2 of the turning-rate law [m/s^2]", 0.0, 50.0),
     "plant.offset_rad_s": number(0.0, "turning rate at neutral steering [rad/s]", -10.0, 10.0),
-    "plant.transport": _flag(True, "straight flight is a great circle; false keeps the turning angle instead"),
-    "plant.step_s": number(0.01, "longest step of the integration [s]; kites with forces step shorter where they must",
+    "plant.transport": _flag(True, "neutral steering flies a great circle (meridian convergence); false: at constant "
+                                   "turning angle"),
+    "plant.step_s": number(0.01, "maximum integration step [s]; plants with forces take shorter ones where needed",
                            1e-4, 0.1),
     **WIND_KEYS,
     **KITE_KEYS,
@@ -72,32 +73,33 @@ KEYS: dict[str, Key] = {
     "tether.mass_kg_m": number(0.011, "mass of a metre of tether [kg/m]", 1e-4, 1.0),
     "tether.stiffness_n": number(614600.0, "stiffness of the tether: force over strain [N]", 100.0, 1e8),
     "tether.damping_n_s": number(473.0, "damping of the tether: force over rate of strain [N s]", 0.0, 1e6),
-    "tether.compression": number(0.05, "share of the tether's stiffness left in compression", 0.0, 1.0),
-    "actuator.dead_time_s": number(0.0, "time before a command is felt [s]", 0.0, 5.0),
-    "actuator.rate_limit_per_s": number(0.0, "greatest rate of the steering [1/s]; 0 is no limit", 0.0, 1000.0),
-    "actuator.saturation": number(0.0, "greatest steering to either side; 0 is no limit", 0.0, 10.0),
+    "tether.compression": number(0.05, "fraction of the tether's stiffness that remains in compression", 0.0, 1.0),
+    "actuator.dead_time_s": number(0.0, "dead time from command to actual steering [s]", 0.0, 5.0),
+    "actuator.rate_limit_per_s": number(0.0, "maximum rate of the steering [1/s]; 0 is no limit", 0.0, 1000.0),
+    "actuator.saturation": number(0.0, "maximum steering to either side; 0 is no limit", 0.0, 10.0),
     "actuator.lag_s": number(0.0, "time constant of a first-order lag [s]; 0 is none", 0.0, 5.0),
-    "sensors.rate_hz": number(0.0, "samples a second; 0 is one for each tick of the loop", 0.0, 1000.0),
+    "sensors.rate_hz": number(0.0, "samples per second; 0 is one per tick of the loop", 0.0, 1000.0),
     "sensors.noise_rad": number(0.0, "standard deviation of azimuth and elevation [rad]", 0.0, 0.5),
-    "sensors.resolution_rad": number(0.0, "step of azimuth and elevation [rad]; 0 is none", 0.0, 0.5),
+    "sensors.resolution_rad": number(0.0, "resolution of azimuth and elevation [rad]; 0 is unlimited", 0.0, 0.5),
     "sensors.course_noise_rad": number(0.0, "standard deviation of course and heading [rad]", 0.0, 3.0),
-    "sensors.airspeed_noise": number(0.0, "standard deviation of the airspeed over its value", 0.0, 1.0),
+    "sensors.airspeed_noise": number(0.0, "relative standard deviation of the airspeed", 0.0, 1.0),
     "sensors.course": _flag(True, "the course is measured"),
     "sensors.heading": _flag(True, "the heading is measured"),
     "sensors.distance": _flag(True, "the distance is measured"),
     "sensors.airspeed": _flag(True, "the apparent wind speed is measured"),
     "sensors.steering": _flag(True, "the actual steering is measured"),
     **_link("control", "control path"),
-    **_link("ground", "ground-station path"),
-    "ground.send_to": Key("127.0.0.1:14550", "where ground stations are sent to", kind=str),
-    "ground.listen": Key("127.0.0.1:14551", "where ground stations may come to; port 0 is any", kind=str),
+    **_link("ground", "ground path"),
+    "ground.send_to": Key("127.0.0.1:14550", "address that the kite sends to", kind=str),
+    "ground.listen": Key("127.0.0.1:14551", "address that the kite listens on; port 0 is any free one", kind=str),
     "start.path_parameter": number(0.0, "where on the eight the flight starts: s [rad]", -100.0, 100.0),
-    "start.offset_rad": number(0.0, "start beside the curve, positive to the right, towards e2 when flying up [rad]",
+    "start.offset_rad": number(0.0, "initial cross-track offset, positive to the right, towards e2 when flying up "
+                                    "[rad]",
                                 -1.5, 1.5),
-    "start.course_error_rad": number(0.0, "start with this course off the curve's [rad]", -3.2, 3.2),
+    "start.course_error_rad": number(0.0, "initial course minus the curve's [rad]", -3.2, 3.2),
     "run.duration_s": number(60.0, "length of the flight [s]", 0.1, 1e6),
-    "run.settle_s": number(10.0, "numbers are taken after this time [s]", 0.0, 1e6),
-    "run.seed": Key(1, "seed of everything random", 0, 2**63 - 1, kind=int),
+    "run.settle_s": number(10.0, "metrics start at this time [s]", 0.0, 1e6),
+    "run.seed": Key(1, "seed of all random numbers", 0, 2**63 - 1, kind=int),
 }
 
 

@@ -69,7 +69,7 @@ class Scenario:
         """Raises ScenarioError if `key` means nothing to the scenario's plant: it would change nothing."""
         kind, plants = self["plant.kind"], plants_that_know(key)
         if kind not in plants:
-            raise ScenarioError(f"{where}: {key} is for the plant {' or '.join(plants)}, and {kind} flies here")
+            raise ScenarioError(f"{where}: {key} is for plant.kind = {' or '.join(plants)}, not {kind}")
 
     def to_dict(self) -> dict[str, Any]:
         """All of it, defaults included, for a run log; `set` names the parameters that are set, if to their default."""
@@ -142,7 +142,7 @@ def set_for_plant(scenario: Scenario, kind: str, notice: Callable[[str], None]) 
     if name not in scenario_names():
         sets = [other for other in scenario_names() if load_scenario(other)["plant.kind"] == kind]
         raise ScenarioError(f"--set plant.kind={kind}: {scenario.name} has no set for it; there are {', '.join(sets)}")
-    notice(f"flying {name}, the set of kite, line and eight for this plant")
+    notice(f"flying {name}, the set of kite, tether and eight for this plant")
     return load_scenario(name)
 
 

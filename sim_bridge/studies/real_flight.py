@@ -123,8 +123,8 @@ def plot_replay(replay: Replay, title: str) -> Any:
     draw_turning_angle(top, time_s, replay.course[used], replay.data.course[used],
                        ("firmware, from positions", "recorded course"))
     asked = np.where(replay.tracking, replay.steering_asked, np.nan)[used]
-    bottom.plot(time_s, replay.data.set_steering[used], "--", color="#d1495b", lw=1.0, label="recorded, set")
-    bottom.plot(time_s, asked, color="#1f4e9c", lw=1.0, label="firmware, on the fitted eight")
+    bottom.plot(time_s, replay.data.set_steering[used], "--", color="#d1495b", lw=1.0, label="recorded, commanded")
+    bottom.plot(time_s, asked, color="#1f4e9c", lw=1.0, label="firmware, for the fitted eight")
     bottom.set(xlabel="time [s]", ylabel="steering")
     bottom.grid(alpha=0.3)
     bottom.legend(loc="upper right", fontsize=8, ncols=2)

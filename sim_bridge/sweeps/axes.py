@@ -44,9 +44,9 @@ def parse_axis(text: str) -> Axis:
     except ValueError:
         raise ScenarioError(f"--over {text}: write FIRST:LAST:COUNT with numbers, as in 1:10:20") from None
     if not (math.isfinite(low) and math.isfinite(high)) or number < 1 or (number == 1 and low != high):
-        raise ScenarioError(f"--over {text}: two finite ends and a count of at least 2 are needed")
+        raise ScenarioError(f"--over {text}: needs two finite ends and a count of at least 2")
     if kind and (kind != ["log"] or low <= 0.0 or high <= 0.0):
-        raise ScenarioError(f"--over {text}: after the count comes nothing, or log with two positive ends")
+        raise ScenarioError(f"--over {text}: only :log may follow the count, and needs two positive ends")
     points = [_between(low, high, i / max(1, number - 1), bool(kind)) for i in range(number)]
     points[-1] = high
     return Axis(key, tuple(repr(point) for point in points), True, bool(kind))

@@ -22,7 +22,7 @@ def fly_run(run: int, content: dict[str, Any], code: str) -> dict[str, Any]:
         ScenarioError: the code here is not that of the fingerprint `code`.
     """
     if code_fingerprint() != code:
-        raise ScenarioError("the workers of the cluster have other code than this machine: install the same on all")
+        raise ScenarioError("the cluster's workers have different code: install the same version on all machines")
     scenario = Scenario.from_dict(content, f"run {run}")
     row: dict[str, Any] = {"run": run, "seed": scenario["run.seed"], **dict.fromkeys(METRICS, "")}
     try:

@@ -76,7 +76,7 @@ class Results:
     def _read(self) -> None:
         lines = self.path.read_text("utf-8").splitlines(keepends=True)
         if not lines or lines[0].rstrip("\n") != self._plan:
-            raise ScenarioError(f"{self.path}: holds something else than this sweep; name another file with --out")
+            raise ScenarioError(f"{self.path}: holds results of another sweep; name another file with --out")
         complete = [line for line in lines[1:] if line.endswith("\n")]
         for row in csv.DictReader(complete):
             if row.keys() == set(self.columns) and None not in row.values() and row["run"].isdigit():
@@ -87,7 +87,7 @@ class Results:
         if self.flown_by_other_code and not other_code:
             raise ScenarioError(
                 f"{self.path}: {self.flown_by_other_code} of its runs were flown by other code: name another file with "
-                "--out, or go on with --other-code (the column code says which flew what)")
+                "--out, or resume with --other-code (the column `code` tells them apart)")
 
     def _replace(self) -> None:
         """Put a file with all rows in order into the place of the present one, in one step."""
@@ -102,7 +102,7 @@ class Results:
             raise
 
     def _cannot_write(self, error: OSError) -> ScenarioError:
-        there = f"; {len(self.rows)} runs are in it, and the same command goes on" if self.rows else ""
+        there = f"; {len(self.rows)} runs are in it; the same command resumes" if self.rows else ""
         return ScenarioError(f"{self.path}: {error.strerror}{there}")
 
 

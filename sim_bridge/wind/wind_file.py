@@ -36,7 +36,7 @@ class WindFile:
         self._rows = _read(path)
         self._times = [row.time_s for row in self._rows]
         if repeat and len(self._rows) < 2:
-            raise ScenarioError(f"{path}: wind.file_repeat needs two lines of numbers at least")
+            raise ScenarioError(f"{path}: wind.file_repeat needs at least two lines of numbers")
 
     def at(self, time_s: float) -> tuple[float, float, float]:
         """Speed [m/s], direction [rad] and vertical wind over speed, at `time_s`."""
@@ -79,7 +79,7 @@ def _read(path: str) -> list[Row]:
             row = row._replace(direction_deg=_short_way(rows[-1].direction_deg, row.direction_deg))
         rows.append(row)
     if not rows:
-        raise ScenarioError(f"{path}: no line of numbers; the file begins with a line {','.join(_NEEDED)}")
+        raise ScenarioError(f"{path}: no line of numbers; the file must begin with the line {','.join(_NEEDED)}")
     return rows
 
 
@@ -94,7 +94,7 @@ def _checked_columns(cells: list[str], where: str) -> list[str]:
         if name not in _COLUMNS:
             raise ScenarioError(f"{where}: no column {name or 'without a name'}; columns are {', '.join(_COLUMNS)}")
         if cells.count(name) > 1:
-            raise ScenarioError(f"{where}: column {name} comes twice")
+            raise ScenarioError(f"{where}: column {name} appears twice")
     for name in _NEEDED:
         if name not in cells:
             raise ScenarioError(f"{where}: column {name} is missing")

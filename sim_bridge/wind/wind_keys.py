@@ -11,7 +11,7 @@ _FILE = (
 
 WIND_KEYS: dict[str, Key] = {
     "wind.speed_m_s": number(8.0, "mean wind speed, 6 m above ground [m/s]", 0.0, 60.0),
-    "wind.profile": Key("constant", "how the mean wind grows with height", choices=tuple(LAWS), kind=str),
+    "wind.profile": Key("constant", "profile of the mean wind over height", choices=tuple(LAWS), kind=str),
     "wind.exponent": number(1.0 / 7.0, "exponent of the exp and explog profiles", 0.0, 1.0),
     "wind.gusts": Key("first-order", "spectrum of the gusts; first-order is along the wind only", choices=GUSTS,
                       kind=str),
@@ -24,14 +24,14 @@ WIND_KEYS: dict[str, Key] = {
         None, "speed at which frozen dryden and von-karman gusts pass the kite [m/s] "
         "(unset: the mean wind at the height of the eight)", 0.1, 200.0),
     "wind.step_s": number(0.0, "when the mean wind steps [s]", 0.0, 1e6),
-    "wind.step_m_s": number(0.0, "by how much it does [m/s]; no further down than to 0", -60.0, 60.0),
+    "wind.step_m_s": number(0.0, "size of the step [m/s]; the wind never falls below 0", -60.0, 60.0),
     "wind.lull_start_s": number(0.0, "when the mean wind begins to fall [s]", 0.0, 1e6),
     "wind.lull_length_s": number(0.0, "how long the lull lasts between its ramps [s]; 0 is no lull", 0.0, 1e6),
-    "wind.lull_ramp_s": number(3.0, "how long the wind takes to fall, and to come back [s]", 0.0, 1e5),
-    "wind.lull_to": number(0.0, "what is left of the mean wind in the lull", 0.0, 1.0),
+    "wind.lull_ramp_s": number(3.0, "how long the wind takes to fall, and to recover [s]", 0.0, 1e5),
+    "wind.lull_to": number(0.0, "fraction of the mean wind in the lull", 0.0, 1.0),
     "wind.turn_start_s": number(0.0, "when the wind begins to turn [s]", 0.0, 1e6),
-    "wind.turn_by_deg": number(0.0, "by how much it turns [deg], positive from x to y", -360.0, 360.0),
-    "wind.turn_rate_deg_s": number(3.0, "its greatest rate of turning [deg/s]", 1e-3, 360.0),
+    "wind.turn_by_deg": number(0.0, "angle of the turn [deg], positive from x to y", -360.0, 360.0),
+    "wind.turn_rate_deg_s": number(3.0, "maximum rate of the turn [deg/s]", 1e-3, 360.0),
     "wind.file": Key("", _FILE, kind=str),
-    "wind.file_repeat": Key(False, "start the file again at its end (false: hold its last line)", kind=bool),
+    "wind.file_repeat": Key(False, "repeat the file from its start (false: hold its last line)", kind=bool),
 }

@@ -27,7 +27,7 @@ NOT_RUN = {
 }
 # Only under `make soak`: they need minutes, or a kite in real time for longer than CI has.
 SOAK = {
-    "make reality": "minutes",
+    "make validate": "minutes",
     "kite-ground tune --identify": "40 s of eights, and as much again to see what became of them",
     "kite-ground tune --step +10%": "four rounds of the eight",
     "python docs/examples/fly_and_tune.py": "five rounds of the eight",

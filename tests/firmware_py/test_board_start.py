@@ -185,7 +185,7 @@ def test_what_the_hardware_refuses_is_told_and_blinked(pico, capsys):
 
     pico.machine.UART = refuse
     pico.power_on(CABLE)
-    assert "the hardware refuses it: bad TX pin" in capsys.readouterr().out
+    assert "rejected by the hardware: bad TX pin" in capsys.readouterr().out
     assert pico.machine.made["Timer"] and pico.machine.made["PWM"][0].pulses == [1500]
 
 

@@ -232,7 +232,7 @@ SMALL_CIRCLES = [circle((1.0, 0.2, 0.7), 0.15, speed) for speed in (0.1, 0.2)]
 @pytest.mark.parametrize("rate_hz", [10.0, 50.0])
 @pytest.mark.parametrize("path", GREAT_CIRCLES)
 def test_course_from_positions_on_great_circles(path, rate_hz):
-    """What is left on a straight flight is the turning of the meridians."""
+    """What is left on a straight flight is meridian convergence."""
     errors = fly(estimator(), path, rate_hz, 6.0)
     assert np.abs(errors[round(rate_hz) :]).max() < 0.005
 

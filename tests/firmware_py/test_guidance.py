@@ -230,7 +230,7 @@ class Going:
 @settings(deadline=None, max_examples=100)
 @given(flyable(), st.floats(0.0, 2 * math.pi), st.floats(-0.1, 0.1), st.floats(-0.6, 0.6), st.floats(0.0, 10.0))
 def test_the_exact_rate_is_how_the_target_turns_past_a_kite_on_its_way(shape, s, offset, astray, gain):
-    """Against the target's change between two places a little way apart, with the meridians' turning taken out."""
+    """Against the target's change between two places a little way apart, with meridian convergence taken out."""
     guidance, numpy_eight = guidance_for(OUTER_L=gain, **shape)
     curvature = max(abs(guidance.curve.geodesic_curvature(at)) for at in np.linspace(0.0, 6.28, 90))
     position = beside(numpy_eight, s, offset / (0.3 * curvature) if curvature > 3.0 else offset)

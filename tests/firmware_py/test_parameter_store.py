@@ -248,7 +248,7 @@ def test_a_version_with_more_names():
     assert values == TABLE_DEFAULTS | {"INNER_P": 2.5}
     assert report.unknown == ["OLD_GAIN", "SIXTEEN_LETTERS_", ""]
     assert (report.missing, report.refused) == ([], [])
-    assert "left out, unknown here: OLD_GAIN +2" in texts
+    assert "skipped, unknown here: OLD_GAIN +2" in texts
 
 
 TABLE_DEFAULTS = dict(zip(NAMES, DEFAULTS, strict=True))
@@ -264,7 +264,7 @@ def test_a_value_that_is_out_of_range_now(name, value):
     assert values == TABLE_DEFAULTS | {"OUTER_L": 3.0}
     assert report.refused == [name]
     assert name not in report.missing
-    assert f"left out, out of range: {name}" in texts
+    assert f"skipped, out of range: {name}" in texts
 
 
 def test_a_record_without_entries():

@@ -149,7 +149,7 @@ def test_reading_by_name_by_index_and_past_the_end():
 
 # What makes the default eight unflyable, by each of the rules, and a word of the reason.
 UNFLYABLE = [
-    ("EIGHT_LEAST_EL", 33.0, "eight goes down to 32.0 deg, least is 33.0"),
+    ("EIGHT_LEAST_EL", 33.0, "eight goes down to 32.0 deg, minimum is 33.0"),
     ("EIGHT_ELEVATION", 17.0, "goes down to 9.0 deg"),
     ("EIGHT_ELEVATION", 80.0, "over the zenith"),
     ("WINDOW_ANGLE", 30.0, "leaves the wind window of 30 deg"),

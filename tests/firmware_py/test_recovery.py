@@ -92,7 +92,8 @@ def test_a_watchdog_reset_in_flight():
     assert abs(state.course) < 0.2  # straight up
     assert state.elevation > math.radians(45.0)
     assert bench.texts()[:4] == [
-        "reset: watchdog", "parameters as before the reset", "back after a reset: PARK", "samples fresh again: PARK"]
+        "reset: watchdog", "parameters restored after the reset", "back after a reset: PARK",
+        "samples fresh again: PARK"]
 
     assert bench.change_mode(TRACK) == ACCEPTED
     bench.run(1.0)
@@ -193,7 +194,7 @@ def test_memory_with_nothing_in_it(data):
     board = flown_board(FlyingKite())
     retained_of(board).data = data
     bench = assert_on_the_ground(board, WATCHDOG)
-    assert bench.texts()[:2] == ["reset: watchdog", "nothing kept from before the reset"]
+    assert bench.texts()[:2] == ["reset: watchdog", "nothing retained from before the reset"]
 
 
 def test_memory_of_another_contract_is_not_read(monkeypatch):
@@ -333,7 +334,7 @@ def test_a_station_that_comes_later_is_told_once_what_happened():
         bench.tell(heartbeat_of_a_station())
         bench.run(1.0)
         heard.append(bench.texts())
-    assert heard == [["reset: watchdog", "parameters as before the reset"], [], []]
+    assert heard == [["reset: watchdog", "parameters restored after the reset"], [], []]
 
 
 def test_more_stations_than_are_counted():

@@ -44,25 +44,25 @@ def flown(part: Actuator, steering: float, ticks: float) -> list[float]:
 @settings(deadline=None, max_examples=60)
 @given(commands, st.sampled_from([0.0, 0.25, 4.0, 30.0]), st.sampled_from([0.0, 0.375, 1.0]), st.integers(0, 6),
        st.sampled_from([0.0, 0.25, 0.5]), st.booleans())
-def test_it_is_where_the_actuator_is_and_did_what_it_did(asked, rate, saturation, whole, lead, tail):
+def test_it_is_where_the_actuator_is_and_did_what_it_did(asked, rate, saturation, whole, partial, tail):
     """Position, integral and first moment about the middle, over a part of a tick, whole ones, and half of one."""
-    ticks = whole + (1 if lead else 0)
+    ticks = whole + (1 if partial else 0)
     part = actuator(rate, saturation)
     before, after = asked[: len(asked) - ticks], asked[len(asked) - ticks :]
     for steering in before:
         flown(part, steering, 1.0)
     path = []
-    if lead:
-        flown(part, after[0], 1.0 - lead)
-        path += flown(part, after[0], lead)
-    for steering in after[1 if lead else 0 :]:
+    if partial:
+        flown(part, after[0], 1.0 - partial)
+        path += flown(part, after[0], partial)
+    for steering in after[1 if partial else 0 :]:
         path += flown(part, steering, 1.0)
     if tail:
         path += flown(part, asked[-1], 0.5)
 
     made = history(asked, PRED_RATE=rate, PRED_SAT=saturation)
-    made.begin(ticks, lead, None)
-    made.advance(lead, whole, tail)
+    made.begin(ticks, partial, None)
+    made.advance(partial, whole, tail)
     middle = 0.5 * len(path)
     jump = 1.0 / FINE  # without a rate limit the reference knows a jump's time to half a step
     assert made.position / ONE == pytest.approx(part.position, abs=2e-4)

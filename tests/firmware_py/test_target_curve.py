@@ -84,17 +84,17 @@ def test_the_default_eight_is_flown():
 @pytest.mark.parametrize(
     ("changed", "line_length", "message"),
     [
-        ({"EIGHT_ELEVATION": 17.0}, 100.0, "eight goes down to 9.0 deg, least is 10.0"),
+        ({"EIGHT_ELEVATION": 17.0}, 100.0, "eight goes down to 9.0 deg, minimum is 10.0"),
         ({"EIGHT_ELEVATION": 30.0, "EIGHT_HALF_H": 40.0, "EIGHT_LEAST_EL": 0.0}, 100.0,
-         "eight goes down to -10.0 deg, least is 0.0"),
+         "eight goes down to -10.0 deg, minimum is 0.0"),
         ({"EIGHT_ELEVATION": 78.0}, 100.0, "eight goes over the zenith"),
         ({"EIGHT_AZIMUTH": 60.0}, 100.0, "eight leaves the wind window of 75 deg"),
         ({"EIGHT_AZIMUTH": -60.0}, 100.0, "eight leaves the wind window of 75 deg"),
         ({"WINDOW_ANGLE": 40.0}, 100.0, "eight leaves the wind window of 40 deg"),
-        ({}, 20.0, "eight turns in 5.4 deg, kite only in 11.5"),
-        ({"STEER_MAX": 0.25}, 100.0, "eight turns in 5.4 deg, kite only in 9.2"),
-        ({"TURN_K": 0.0009765625, "STEER_MAX": 0.0625}, 1.0, "eight turns in 5.4 deg, kite only in 938734.1"),
-        ({"TURN_K": 0.0009765625, "STEER_MAX": 0.0625}, 1e-30, "eight turns in 5.4 deg, kite only in 57295779.5"),
+        ({}, 20.0, "eight needs 5.4 deg radius, kite manages 11.5"),
+        ({"STEER_MAX": 0.25}, 100.0, "eight needs 5.4 deg radius, kite manages 9.17"),
+        ({"TURN_K": 0.0009765625, "STEER_MAX": 0.0625}, 1.0, "eight needs 5.4 deg radius, kite manages 9.39e+05"),
+        ({"TURN_K": 0.0009765625, "STEER_MAX": 0.0625}, 1e-30, "eight needs 5.4 deg radius, kite manages 5.73e+07"),
     ],
 )
 def test_refusals_say_why_in_fifty_characters(changed, line_length, message):

@@ -52,7 +52,7 @@ def test_it_joins_and_sends_once_it_has():
     assert network.sent == [] and network.said == []
     network.there = True
     network.run(transport, 1)
-    assert network.said == ["Wi-Fi kite: joined as 192.168.1.7"]
+    assert network.said == ["Wi-Fi kite: connected as 192.168.1.7"]
     assert 35 < len(network.sent) <= 50
 
 
@@ -68,7 +68,7 @@ def test_it_tries_again_each_ten_seconds_and_says_so_even_if_the_radio_is_busy()
     network.busy = True
     network.run(transport, 31)
     assert len(network.joins) == 4
-    assert network.said[:2] == ["Wi-Fi kite: not joined (status -3), trying again", "Wi-Fi kite: busy"]
+    assert network.said[:2] == ["Wi-Fi kite: not connected (status -3), retrying", "Wi-Fi kite: busy"]
 
 
 def test_a_network_that_drops_costs_nothing_but_what_was_sent_and_is_joined_again():

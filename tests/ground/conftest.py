@@ -36,7 +36,7 @@ class SimulatedLink(OnePeer):
     def open(self) -> "SimulatedLink":
         """As a link's opener does."""
         if self.broken:
-            raise LinkError("link simulated: the port is gone")
+            raise LinkError("link simulated: serial port disconnected")
         self.arrived.clear()
         return self
 
@@ -55,9 +55,9 @@ class SimulatedLink(OnePeer):
         return self.arrived.pop(0) if self.arrived else b""
 
     def open_or_raise(self) -> None:
-        """Raise LinkError where the port is gone."""
+        """Raise LinkError where serial port disconnected."""
         if self.broken:
-            raise LinkError("link simulated: the port is gone")
+            raise LinkError("link simulated: serial port disconnected")
 
     def fileno(self) -> None:
         """Nothing that an operating system could wait for."""

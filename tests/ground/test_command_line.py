@@ -30,16 +30,16 @@ def free_port() -> int:
     ("fly", "no command 'fly'; there are monitor, mode,"),
     ("montior", "no command 'montior'; did you mean monitor?"),
     ("param sett INNER_P 2", "no command 'sett'; did you mean set?"),
-    ("param show --jsn", "--jsn is not understood; did you mean --json?"),
+    ("param show --jsn", "--jsn is not an option; did you mean --json?"),
     ("--system 300 monitor", "300 is outside 1 to 255"),
     ("mode loiter", "'loiter' is not one of standby, manual, park, track"),
-    ("tune --step 5x", "'5x' is no step: should be such as +10% or -5%"),
-    ("tune --step +150%", "should be from -90% to +100%, and not 0"),
-    ("tune --step -95%", "should be from -90% to +100%, and not 0"),
-    ("tune --delay -0.2", "'-0.2' should be more than 0"),
+    ("tune --step 5x", "'5x' is not a step: write +10% or -5%"),
+    ("tune --step +150%", "must be from -90% to +100%, and not 0"),
+    ("tune --step -95%", "must be from -90% to +100%, and not 0"),
+    ("tune --delay -0.2", "'-0.2' must be more than 0"),
     ("tune --delay soon", "'soon' is not a number"),
-    ("--timeout 0 monitor", "'0' should be more than 0"),
-    ("--link tcp:1.2.3.4:5 monitor", "should be udpin:HOST:PORT, udpout:HOST:PORT or serial:DEVICE:BAUD"),
+    ("--timeout 0 monitor", "'0' must be more than 0"),
+    ("--link tcp:1.2.3.4:5 monitor", "must be udpin:HOST:PORT, udpout:HOST:PORT or serial:DEVICE:BAUD"),
     ("monitor --link serial:/dev/no_such_port:57600", "no such device"),
     ("param", "VERB"),
     ("param get INNER_Q", "no parameter is called 'INNER_Q'; did you mean INNER_P?"),
@@ -57,7 +57,7 @@ def test_a_mistake_is_answered_in_one_line(capsys, arguments, said):
 
 def test_a_broken_file_is_named_before_anything_is_opened(capsys, tmp_path):
     path = tmp_path / "broken.param"
-    for content, said in (("INNER_P 1.5\nOUTER_L\n", ":2: 'OUTER_L' is no parameter"),
+    for content, said in (("INNER_P 1.5\nOUTER_L\n", ":2: 'OUTER_L' is not a parameter"),
                           ("INNER_P 1.5\nOUTER_L 51\n", ":2: OUTER_L = 51 is outside 0 to 50; nothing was set")):
         path.write_text(content)
         assert main(["param", "load", str(path), "--link", "serial:/dev/no_such_port:57600"]) == 2
@@ -68,14 +68,14 @@ def test_a_broken_file_is_named_before_anything_is_opened(capsys, tmp_path):
 def test_a_port_in_use_is_named(capsys, taken):
     assert main(["--link", f"udpin:127.0.0.1:{taken}", "arm"]) == 2
     error = capsys.readouterr().err
-    assert f"port {taken}: another program listens there" in error and error.count("\n") == 1
+    assert f"port {taken}: another program is listening there" in error and error.count("\n") == 1
 
 
 def test_no_heartbeat_says_what_was_listened_to_and_what_to_check(capsys):
     link = f"udpin:127.0.0.1:{free_port()}"
     assert main(["--link", link, "param", "show", "--timeout", "0.2"]) == 2
     error = capsys.readouterr().err
-    assert error == (f"kite-ground: no heartbeat within 0.2 s on {link}: is the vehicle running, and does it send to "
+    assert error == (f"kite-ground: no heartbeat within 0.2 s on {link}: is the kite running, and does it send to "
                      "this address and port?\n")
 
 

@@ -48,7 +48,7 @@ def test_what_is_drawn_is_what_was_flown(flight):
     asked = lines(steering)["asked"]
     peak = np.nanmax(np.abs(asked))
     assert 0.01 < peak < 0.25 and peak < steering.get_ylim()[1] < 0.5
-    assert lines(steering)["limits, out of sight at ±1"].max() == 1.0
+    assert lines(steering)["limits, off the scale at ±1"].max() == 1.0
     assert 100.0 <= np.median(lines(delay)["round trip"]) <= 140.0
     lost = loss.collections[0].get_paths()[0].vertices[:, 1].max()
     assert 5.0 < lost < 25.0
@@ -72,7 +72,7 @@ def test_what_cannot_be_drawn_is_answered_in_one_line(flight, tmp_path, capsys, 
         error = capsys.readouterr().err
         assert said in error and error.count("\n") == 1
 
-    is_told("a picture's name ends in .png, .svg, .pdf or .jpg", "--out", str(tmp_path / "flight.txt"))
+    is_told("the name of a plot must end in .png, .svg, .pdf or .jpg", "--out", str(tmp_path / "flight.txt"))
     is_told("nothing of it is from 99 to", "--from", "99")
     is_told("'soon' is not a number", "--from", "soon")
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)

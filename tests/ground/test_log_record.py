@@ -15,7 +15,7 @@ from protocol.parameter_table import load_parameters
 def test_a_recording_has_the_parameters_and_the_round_trips(operator, tmp_path):
     path = tmp_path / "flight.tlog"
     assert operator.runs("record", path, "--duration", "6") == 0
-    assert "messages in 6 s recorded to" in operator.said and "0.0% of the vehicle's were lost" in operator.said
+    assert "messages in 6 s recorded to" in operator.said and "0.0% of the kite's messages were lost" in operator.said
     log = read_flight_log(path)
     vehicle = log.vehicle()
     parameters = LoggedParameters(log, vehicle)
@@ -55,14 +55,14 @@ def test_a_full_disk_ends_the_recording_in_one_line(operator, tmp_path):
     path.symlink_to(full)
     with pytest.raises(GroundError) as caught:
         operator.runs("record", path, "--force", "--duration", "20")
-    assert str(caught.value).startswith(f"{path}: cannot write any further after ")
+    assert str(caught.value).startswith(f"{path}: recording stopped after ")
     assert "No space left" in str(caught.value) and "\n" not in str(caught.value)
 
 
 def test_a_place_that_cannot_be_is_named(operator, tmp_path):
     operator.is_told(UsageError, f"there is no folder {tmp_path / 'none'}", "record", tmp_path / "none" / "f.tlog")
     (tmp_path / "f.tlog").touch()
-    operator.is_told(UsageError, "is there already: give another name, or --force", "record", tmp_path / "f.tlog")
+    operator.is_told(UsageError, "already exists: give another name, or --force", "record", tmp_path / "f.tlog")
 
 
 @pytest.mark.parametrize(("content", "said"), [

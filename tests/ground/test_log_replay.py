@@ -131,7 +131,7 @@ def test_a_replay_takes_no_value_and_no_command_and_says_so_at_once(flight):
     session = again.session
     session.find_vehicle(5.0)
     start_s = again.clock()
-    with pytest.raises(VehicleError, match="read only"):
+    with pytest.raises(VehicleError, match="read-only"):
         session.parameters.set("OUTER_L", 7.0)
     with pytest.raises(VehicleError, match="a flight of the past takes no command"):
         session.commander.set_mode(dialect.KITE_MODE_MANUAL)
@@ -233,7 +233,7 @@ def test_the_command_feeds_a_port_and_says_when_nobody_is_there(flight, capsys):
         assert station.recv(500)[10:-2] == wanted[0].frame[10:-2]
     output = capsys.readouterr()
     assert "messages replayed in" in output.out
-    assert f"nobody spoke from there: does a ground station listen on 127.0.0.1:{port}?" in output.err
+    assert f"no ground station answered: is one listening on 127.0.0.1:{port}?" in output.err
     assert main(["replay", str(flight.path), "--from", "500"]) == 2
     assert "lasts 1" in capsys.readouterr().err
 
@@ -253,7 +253,7 @@ def test_keys_pause_it_and_end_it_in_a_terminal(flight):
         shown = read_until(ours, b"paused")
         os.write(ours, b"q")
         assert process.wait() == 0
-    assert b"of 0:1" in shown and b"q ends" in shown
+    assert b"of 0:1" in shown and b"q quits" in shown
     assert termios.tcgetattr(theirs) == before
     os.close(ours)
     os.close(theirs)

@@ -34,7 +34,7 @@ def test_it_warns_of_losses_of_a_way_up_that_is_gone_and_of_silence(simulated_ki
     advisor = Advisor(session)
     fly(session, 10.0)
     lossy = advisor.warnings()[0]  # and it hangs still, which is another matter
-    assert "of the messages are lost: go nearer, turn the antenna, or lower STATE_HZ" in lossy
+    assert "of the messages are lost: move closer, turn the antenna, or lower STATE_HZ" in lossy
     kite.change_link(down=LinkSettings(), up=LinkSettings(loss=1.0))
     fly(session, 20.0)
     unheard = advisor.warnings()[0]
@@ -42,11 +42,11 @@ def test_it_warns_of_losses_of_a_way_up_that_is_gone_and_of_silence(simulated_ki
     kite.change_link(down=LinkSettings(loss=1.0), up=LinkSettings())
     fly(session, 20.0)
     (silent,) = advisor.warnings()
-    assert silent.startswith("NO MESSAGE FOR 20 s, all below is old: look at the kite's power")
+    assert silent.startswith("NO MESSAGE FOR 20 s, all values below are old: check the kite's power")
     assert screen(session, [silent], 80, 24)[1].startswith("! NO MESSAGE FOR 20 s")
     kite.change_link(down=LinkSettings(), up=LinkSettings())
     fly(session, 10.0)
-    assert ["the kite is too slow to see where it flies" in text for text in advisor.warnings()] == [True]
+    assert ["the kite is too slow to measure its course" in text for text in advisor.warnings()] == [True]
 
 
 def test_it_warns_of_a_turning_angle_that_swings(flying_kite):
@@ -67,7 +67,7 @@ def test_silence_is_told_before_anything_else_and_soon(flying_kite):
     assert not any("NO MESSAGE" in text for text in advisor.warnings())
     fly(session, 0.7)
     (silent,) = advisor.warnings()
-    assert silent.startswith("NO MESSAGE FOR 1.2 s, all below is old")
+    assert silent.startswith("NO MESSAGE FOR 1.2 s, all values below are old")
 
 
 def test_a_firmware_that_stood_still_is_not_told_to_lower_its_gain(flying_kite):
@@ -85,7 +85,7 @@ def test_a_firmware_that_stood_still_is_not_told_to_lower_its_gain(flying_kite):
     fly(session, 10.0)
     kite.suspend_firmware(3.0)
     fly(session, 0.5)
-    assert advisor.warnings()[0].startswith("the firmware stood still for 3.")
+    assert advisor.warnings()[0].startswith("the firmware stopped for 3.")
     for _ in range(9):
         fly(session, 0.5)
         assert not any("INNER_P" in text for text in advisor.warnings())
@@ -104,7 +104,7 @@ def test_sensors_that_stand_still_are_told(flying_kite, what):
     kite.freeze_sensors(what)
     fly(session, 1.7)
     told = advisor.warnings()
-    assert any("has not changed for" in text or "samples are stale" in text for text in told)
+    assert any("position frozen for" in text or "samples are stale" in text for text in told)
     assert not any("INNER_P" in text for text in told)
 
 
@@ -117,7 +117,7 @@ def test_the_screen_fits(flying_kite, width, height):
     if height >= 24:
         text = "\n".join(lines)
         for words in ("TRACK", "cross-track", "turning angle", "target", "steering", "airspeed", "loop", "overruns",
-                      "link", "lost", "round trip", "nine in ten", "messages, newest first"):
+                      "link", "lost", "round trip", "90 %", "messages, newest first"):
             assert words in text
 
 

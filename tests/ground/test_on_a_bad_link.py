@@ -45,15 +45,15 @@ def test_refusals_say_why_and_change_nothing(simulated_kite, seed):
     kite = simulated_kite(seed=seed)
     session = session_with(kite)
     before = kite.firmware_parameter("INNER_P")
-    with pytest.raises(VehicleError, match=r"^INNER_P: refused by the vehicle: 99 is outside 0.0625 to 50 1/s$"):
+    with pytest.raises(VehicleError, match=r"^INNER_P: refused by the kite: 99 is outside 0.0625 to 50 1/s$"):
         session.parameters.set("INNER_P", 99.0)
     with pytest.raises(VehicleError, match=r"^INNER_P: refused"):
         session.parameters.set("INNER_P", float("nan"))
-    with pytest.raises(VehicleError, match=r"^TABLE_VERSION: .*read only"):
+    with pytest.raises(VehicleError, match=r"^TABLE_VERSION: .*read-only"):
         session.parameters.set("TABLE_VERSION", 7.0)
-    with pytest.raises(VehicleError, match=r"^NO_SUCH_THING: the vehicle has no such parameter"):
+    with pytest.raises(VehicleError, match=r"^NO_SUCH_THING: the kite has no such parameter"):
         session.parameters.set("NO_SUCH_THING", 1.0)
-    with pytest.raises(VehicleError, match=r"^NO_SUCH_THING: the vehicle has no such parameter"):
+    with pytest.raises(VehicleError, match=r"^NO_SUCH_THING: the kite has no such parameter"):
         session.parameters.fetch("NO_SUCH_THING")
     assert session.parameters.fetch("INNER_P") == before == kite.firmware_parameter("INNER_P")
 
@@ -73,7 +73,7 @@ def test_arm_fly_and_disarm(simulated_kite, seed):
     """Settle in STANDBY, arm into PARK, fly TRACK, and meet on the way what is refused where."""
     kite = simulated_kite(seed=seed)
     session = session_with(kite)
-    with pytest.raises(VehicleError, match=r"^mode TRACK: refused by the vehicle: \w+"):
+    with pytest.raises(VehicleError, match=r"^mode TRACK: refused by the kite: \w+"):
         session.commander.set_mode(dialect.KITE_MODE_TRACK)
     session.commander.arm()
     assert session.state.armed and session.state.mode == dialect.KITE_MODE_PARK
@@ -92,7 +92,7 @@ def test_arming_for_a_curve_that_cannot_be_flown_is_refused_with_the_reason(simu
     kite = simulated_kite(seed=seed)
     session = session_with(kite)
     session.parameters.set("EIGHT_ELEVATION", 12.0)  # with EIGHT_HALF_H = 8, below EIGHT_LEAST_EL = 10
-    with pytest.raises(VehicleError, match=r"^arm: refused by the vehicle: (?!.*no reason)\w+"):
+    with pytest.raises(VehicleError, match=r"^arm: refused by the kite: (?!.*no reason)\w+"):
         session.commander.arm()
     assert session.state.armed is False
 
@@ -107,7 +107,7 @@ def test_a_dead_link_ends_in_a_clear_error_within_bounded_time(simulated_kite):
     for name, attempt in attempts.items():
         kite = simulated_kite(loss=1.0)
         session = Session(kite.links(), print)
-        with pytest.raises(NoAnswerError, match=rf"^{name}\b.*: no answer in \d+ s.*: the link is down; look at .*try"):
+        with pytest.raises(NoAnswerError, match=rf"^{name}\b.*: no answer in \d+ s.*: the link is down; check .*try"):
             attempt(session)
         assert 9.0 < kite.clock() < 30.0
         assert kite.firmware_parameter("INNER_P") == load_parameters()["INNER_P"].default

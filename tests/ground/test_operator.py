@@ -25,9 +25,9 @@ def test_look_change_save_and_go_back(operator, tmp_path):
     assert json.loads(operator.said)["value"] == 5.0
     assert operator.runs("param", "save", before) == 0
     assert f"{len(load_parameters())} parameters written" in operator.said
-    operator.is_told(UsageError, "is there already", "param", "save", before)
+    operator.is_told(UsageError, "already exists", "param", "save", before)
     assert operator.runs("param", "set", "OUTER_L", "6.1") == 0
-    assert operator.said == "OUTER_L = 6.1, acknowledged by the vehicle\n"
+    assert operator.said == "OUTER_L = 6.1, acknowledged by the kite\n"
     assert operator.runs("param", "set", "EIGHT_AZIMUTH", "-5") == 0
     assert operator.runs("param", "show", "--changed", "--json") == 0
     assert {name: facts["value"] for name, facts in json.loads(operator.said).items()} == {
@@ -37,7 +37,7 @@ def test_look_change_save_and_go_back(operator, tmp_path):
         ["OUTER_L", "6.1", "5"], ["EIGHT_AZIMUTH", "-5", "0"]]
     assert operator.kite.firmware_parameter("OUTER_L") == float32(6.1)
     assert operator.runs("param", "load", before, "--yes") == 0
-    assert operator.said.count(", acknowledged by the vehicle\n") == 2
+    assert operator.said.count(", acknowledged by the kite\n") == 2
     assert operator.kite.firmware_parameter("OUTER_L") == 5.0
     assert operator.kite.firmware_parameter("EIGHT_AZIMUTH") == 0.0
     assert operator.runs("param", "load", before, "--yes") == 0
@@ -47,7 +47,7 @@ def test_look_change_save_and_go_back(operator, tmp_path):
 def test_a_load_sends_nothing_unasked_and_nothing_unknown(operator, tmp_path, monkeypatch):
     path = tmp_path / "new.param"
     path.write_text("INNER_P,2.5\nOUTER_LL,6\n")
-    operator.is_told(UsageError, r"new.param:2: the vehicle has no parameter OUTER_LL; did you mean OUTER_L\?",
+    operator.is_told(UsageError, r"new.param:2: the kite has no parameter OUTER_LL; did you mean OUTER_L\?",
                      "param", "load", path, "--yes")
     path.write_text("INNER_P,2.5\nTABLE_VERSION,9\n")
     with path.with_name("answer").open("w+") as answer:
@@ -60,7 +60,7 @@ def test_a_load_sends_nothing_unasked_and_nothing_unknown(operator, tmp_path, mo
         answer.write("y\n")
         answer.seek(0)
         assert operator.runs("param", "load", path) == 0
-    assert "TABLE_VERSION is read only" in operator.remarked
+    assert "TABLE_VERSION is read-only" in operator.remarked
     assert operator.kite.firmware_parameter("INNER_P") == 2.5
     assert operator.kite.firmware_parameter("TABLE_VERSION") == load_parameters()["TABLE_VERSION"].default
 
@@ -113,18 +113,18 @@ def test_tune_for_a_delay(operator):
     assert operator.kite.firmware_parameter("INNER_P") == 1.5
     assert operator.runs("tune", "--delay", "0.2", "--yes") == 0
     assert operator.kite.firmware_parameter("INNER_P") == float32(optimal_gain(0.2))
-    for number in ("0.21 s", "7.854", "7.48", "1.839", "1.752", "acknowledged by the vehicle"):
+    for number in ("0.21 s", "7.854", "7.48", "1.839", "1.752", "acknowledged by the kite"):
         assert number in operator.said
     assert operator.runs("param", "set", "INNER_P", "7.6") == 0
     assert operator.runs("tune", "--delay", "0.2", "--json") == 0
-    assert json.loads(operator.said)["verdict"] == "UNSTABLE: beyond the limit once sampling is counted"
+    assert json.loads(operator.said)["verdict"] == "UNSTABLE: above the limit when sampling is included"
     operator.is_told(UsageError, "unstable at 10 Hz", "tune", "--delay", "0.002", "--loop-hz", "10", "--yes")
     operator.is_told(VehicleError, "outside 0.0625 to 50", "tune", "--delay", "0.005", "--loop-hz", "200", "--yes")
     assert operator.kite.firmware_parameter("INNER_P") == float32(7.6)
 
 
 def test_arm_fly_watch_and_disarm(operator):
-    operator.is_told(VehicleError, "mode TRACK: refused by the vehicle", "mode", "track")
+    operator.is_told(VehicleError, "mode TRACK: refused by the kite", "mode", "track")
     assert operator.runs("arm") == 0
     assert operator.said == "mode PARK, armed\n"
     assert operator.runs("mode", "track") == 0
@@ -137,7 +137,7 @@ def test_arm_fly_watch_and_disarm(operator):
         session.connection.wait_until(lambda: False, 2.0)
         shown = "\n".join(monitor_view.screen(session, [], 80, 24))
     for word in ("TRACK", "ARMED", "cross-track", "turning angle", "target", "airspeed", "overruns", "samples dropped",
-                 "lost 0.0%", "nine in ten from 1", "last 0.0 s ago", "all is well"):
+                 "lost 0.0%", "90 % from 1", "last 0.0 s ago", "all is well"):
         assert word in shown
     assert operator.runs("disarm") == 0
     assert operator.runs("mode") == 0
@@ -154,7 +154,7 @@ def test_a_recording_is_what_came_in(operator, tmp_path):
     records = list(read_tlog(path))
     assert [frame for _, frame in records[1:]] == heard and len(heard) > 100
     assert 4.8e6 < records[-1][0] - records[0][0] < 5.2e6
-    with pytest.raises(UsageError, match="is there already"):
+    with pytest.raises(UsageError, match="already exists"):
         Recorder(session.connection, path, 0.0)
     tool = Path(sysconfig.get_path("scripts")) / "mavlogdump.py"
     dump = subprocess.run([sys.executable, str(tool), "--types", "HEARTBEAT", str(path)],

@@ -53,12 +53,12 @@ def test_the_files_of_other_ground_stations_are_read(path, text):
 
 
 @pytest.mark.parametrize(("content", "said"), [
-    (b"INNER_P 2\nOUTER_L\n", ":2: 'OUTER_L' is no parameter: should be NAME value"),
+    (b"INNER_P 2\nOUTER_L\n", ":2: 'OUTER_L' is not a parameter: expected NAME value"),
     (b"INNER_P 2\nOUTER_L six\n", ":2: 'six' is not a number"),
     (b"INNER_P nan\n", ":1: 'nan' is not a finite number"),
     (b"INNER_P 1e39\n", ":1: '1e39' is not a finite number"),
     (b"# twice\nINNER_P 2\nINNER_P 3\n", ":3: INNER_P is already given in line 2"),
-    (b"A_NAME_THAT_IS_TOO_LONG 2\n", ":1: 'A_NAME_THAT_IS_TOO_LONG' is no name"),
+    (b"A_NAME_THAT_IS_TOO_LONG 2\n", ":1: 'A_NAME_THAT_IS_TOO_LONG' is not a parameter name"),
     (b"# nothing\n", ": holds no parameters"),
     (b"\xff\xfe\x00\x80", ": not a text file"),
 ])

@@ -36,10 +36,10 @@ def test_a_whole_table_is_loaded_through_a_bad_link(simulated_kite, operator_of,
     write_parameter_file(path, values, ["all of them"])
     assert operator.runs("param", "load", path, "--yes") == 0
     assert {name: kite.firmware_parameter(name) for name in values} == values
-    again = re.search(rf"^{len(values)} parameters: {len(values)} acknowledged by the vehicle; "
-                      r"asked again (\d+) times$", operator.said, re.MULTILINE)
+    again = re.search(rf"^{len(values)} parameters: {len(values)} acknowledged by the kite; "
+                      r"(\d+) retr(?:y|ies)$", operator.said, re.MULTILINE)
     assert again and (int(again[1]) == 0) == (loss == 0.0)
-    assert operator.said.count(", acknowledged by the vehicle\n") == len(values)
+    assert operator.said.count(", acknowledged by the kite\n") == len(values)
 
 
 def test_a_curve_is_loaded_whose_parameters_must_go_in_another_order(simulated_kite, operator_of, tmp_path):
@@ -59,7 +59,7 @@ def test_what_the_vehicle_refuses_stops_nothing_else(simulated_kite, operator_of
     assert operator.runs("arm") == 0
     path.write_text("LOOP_HZ 100\nINNER_P 2\n")
     operator.is_told(VehicleError, "^1 of 2 parameters refused: LOOP_HZ$", "param", "load", path, "--yes")
-    assert "LOOP_HZ: refused by the vehicle: it can be set only while disarmed" in operator.remarked
+    assert "LOOP_HZ: refused by the kite: it can be set only while disarmed" in operator.remarked
     assert (kite.firmware_parameter("INNER_P"), kite.firmware_parameter("LOOP_HZ")) == (2.0, 50.0)
 
 
@@ -71,10 +71,10 @@ def test_nothing_of_a_file_with_mistakes_is_sent_unless_the_rest_is_asked_for(op
         f"{path}:2: 'nan' is not a finite number that a float32 holds",
         f"{path}:3: STEER_MAX = 3 is outside 0.0625 to 1",
         f"{path}:4: no parameter is called OUTER_LL; did you mean OUTER_L?",
-        f"{path}:5: 'FF_GAIN 1 2 3' is no parameter: should be NAME value"]
+        f"{path}:5: 'FF_GAIN 1 2 3' is not a parameter: expected NAME value"]
     assert operator.kite.firmware_parameter("INNER_P") == load_parameters()["INNER_P"].default
     assert operator.runs("param", "load", path, "--yes", "--rest") == 0
-    assert operator.remarked.count("left out") == 4
+    assert operator.remarked.count("; skipped") == 4
     assert "2 parameters: 2 acknowledged" in operator.said
     assert [operator.kite.firmware_parameter(name) for name in ("INNER_P", "TURN_K", "OUTER_L", "STEER_MAX")] == [
         2.5, 0.5, 5.0, 1.0]
@@ -91,7 +91,7 @@ def test_edited_sent_and_acknowledged_are_told_apart_when_the_link_goes(simulate
             kite.radios[0].broken = True
 
     with pytest.raises(NoAnswerError, match=r"edited, not sent, \d+ sent, not acknowledged, 2 acknowledged by the "
-                       r"vehicle: no answer in \d+ s: the link is down \(link simulated: the port is gone\)$"):
+                       r"kite: no answer in \d+ s: the link is down \(link simulated: serial port disconnected\)$"):
         session.parameters.write(changes, cut)
     for change in changes:
         held = kite.firmware_parameter(change.name)
@@ -111,4 +111,4 @@ def test_a_gain_is_acknowledged_within_a_round_trip_and_a_loop_period(simulated_
         session.parameters.set("INNER_P", 1.0 + number / 128.0)
         taken_s.append(kite.clock() - sent_s)
     assert statistics.median(taken_s) <= 2.0 * delay_s + 0.02 + 1e-9
-    assert session.parameters.asked_again == 0
+    assert session.parameters.retries == 0

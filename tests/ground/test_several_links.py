@@ -76,10 +76,10 @@ def test_a_link_that_breaks_is_opened_again_and_the_other_carries_on(simulated_k
     session = kite.session(notices.append)
     kite.radios[0].broken = True
     assert session.parameters.set("INNER_P", 2.0) == 2.0
-    assert notices == ["link simulated: the port is gone; it is tried again every 1 s"]
+    assert notices == ["link simulated: serial port disconnected; retrying every 1 s"]
     kite.radios[0].broken = False
     fly(session, 3.0)
-    assert notices[1:] == ["link simulated: is back"]
+    assert notices[1:] == ["link simulated: back"]
     assert session.links.all[0].hears(kite.clock())
     fly(session, 60.0)
     assert session.connection.round_trip.seconds == pytest.approx(0.06, abs=0.03)
@@ -91,7 +91,8 @@ def test_a_vehicle_that_falls_silent_is_waited_for_and_found_again(simulated_kit
     session = kite.session(lambda text: None)
     kite.radios[0].broken = True
     started_s = kite.clock()
-    with pytest.raises(NoAnswerError, match=r"^INNER_P: no answer in \d+ s: the link is down \(.*the port is gone\)$"):
+    with pytest.raises(NoAnswerError,
+                       match=r"^INNER_P: no answer in \d+ s: the link is down \(.*serial port disconnected\)$"):
         session.parameters.fetch("INNER_P")
     assert kite.clock() - started_s < 15.0
     kite.radios[0].broken = False

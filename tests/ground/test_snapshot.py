@@ -13,7 +13,7 @@ def snapshots(tmp_path):
 
 def test_revert_goes_back_to_how_the_flight_began_however_many_commands_ago(operator, snapshots):
     """Three sets of one gain and one of another, by a command each; revert forgets none of them."""
-    operator.is_told(UsageError, "nothing to go back to", "param", "revert")
+    operator.is_told(UsageError, "nothing to restore", "param", "revert")
     for value in ("2", "3", "4"):
         assert operator.runs("param", "set", "INNER_P", value) == 0
     assert operator.runs("param", "set", "OUTER_L", "7") == 0
@@ -23,7 +23,7 @@ def test_revert_goes_back_to_how_the_flight_began_however_many_commands_ago(oper
     assert operator.runs("param", "revert", "outer_l", "--yes") == 0
     assert (operator.kite.firmware_parameter("INNER_P"), operator.kite.firmware_parameter("OUTER_L")) == (4.0, 5.0)
     assert operator.runs("param", "revert", "--yes") == 0
-    assert "INNER_P = 1.5, acknowledged by the vehicle" in operator.said
+    assert "INNER_P = 1.5, acknowledged by the kite" in operator.said
     assert operator.kite.firmware_parameter("INNER_P") == 1.5
     kept = (snapshots / "system-1.param").read_text().splitlines()
     assert len([line for line in kept if not line.startswith("#")]) == len(load_parameters())
@@ -55,7 +55,7 @@ def test_a_vehicle_that_was_started_anew_is_not_taken_back_to_before(operator, s
     assert operator.runs("param", "set", "INNER_P", "2") == 0
     operator.kite.start()
     operator.kite.sleep(5.0)
-    operator.is_told(UsageError, "nothing to go back to", "param", "revert", "--yes")
+    operator.is_told(UsageError, "nothing to restore", "param", "revert", "--yes")
     assert operator.runs("param", "set", "OUTER_L", "8") == 0
     assert operator.runs("param", "set", "OUTER_L", "9") == 0
     assert operator.runs("param", "revert", "--yes") == 0
@@ -71,7 +71,7 @@ def test_another_vehicle_of_the_same_id_is_not_taken_for_this_one(simulated_kite
     assert operator.runs("param", "set", "INNER_P", "2") == 0
     second.wall_clock = first.wall_clock
     operator.kite = second
-    operator.is_told(UsageError, "nothing to go back to", "param", "revert", "--yes")
+    operator.is_told(UsageError, "nothing to restore", "param", "revert", "--yes")
     assert second.firmware_parameter("INNER_P") == 1.5
 
 

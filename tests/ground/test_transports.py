@@ -117,27 +117,27 @@ def test_a_serial_port_carries_bytes_both_ways_and_says_when_it_is_gone():
         open_transport(link)
     os.close(port)
     os.close(board)
-    with pytest.raises(LinkError, match=f"^link {link}: the port is gone"):
+    with pytest.raises(LinkError, match=f"^link {link}: serial port disconnected"):
         transport.receive(LONG_S)
     transport.close()
 
 
 def test_a_port_that_is_taken_is_named(vehicle):
     port = vehicle.getsockname()[1]
-    with pytest.raises(LinkError, match=f"port {port}: another program listens there"):
+    with pytest.raises(LinkError, match=f"port {port}: another program is listening there"):
         open_transport(f"udpin:{HOST}:{port}")
 
 
 @pytest.mark.parametrize(("link", "said"), [
-    ("", "should be udpin:HOST:PORT, udpout:HOST:PORT or serial:DEVICE:BAUD"),
-    ("udp:127.0.0.1:14550", "should be udpin"),
-    ("udpin:127.0.0.1", "should be udpin"),
-    ("udpin:127.0.0.1:http", "'http' is no port: should be a number from 1 to 65535"),
-    ("udpout:127.0.0.1:70000", "'70000' is no port"),
-    ("udpin:127.0.0.1:0", "'0' is no port"),
-    ("udpin:no.such.host.invalid:14550", "no host 'no.such.host.invalid' is known"),
+    ("", "must be udpin:HOST:PORT, udpout:HOST:PORT or serial:DEVICE:BAUD"),
+    ("udp:127.0.0.1:14550", "must be udpin"),
+    ("udpin:127.0.0.1", "must be udpin"),
+    ("udpin:127.0.0.1:http", "'http' is not a port: must be a number from 1 to 65535"),
+    ("udpout:127.0.0.1:70000", "'70000' is not a port"),
+    ("udpin:127.0.0.1:0", "'0' is not a port"),
+    ("udpin:no.such.host.invalid:14550", "unknown host 'no.such.host.invalid'"),
     ("udpin:192.0.2.1:14550", "cannot listen on port 14550"),
-    ("serial:/dev/ttyS0:fast", "'fast' is no baud rate"),
+    ("serial:/dev/ttyS0:fast", "'fast' is not a baud rate"),
     ("serial:/dev/no_such_port:57600", "no such device; serial ports here: "),
 ])
 def test_a_link_that_cannot_be_is_answered_in_one_line(link, said):
@@ -170,9 +170,9 @@ def test_links_that_cannot_be_had_do_not_keep_others_from_being_used(vehicle):
     told = []
     taken = f"udpin:{HOST}:{vehicle.getsockname()[1]}"
     links = open_links([taken, f"udpin:{HOST}:{free_port()}"], time.monotonic, told.append)
-    assert len(told) == 1 and "another program listens there" in told[0] and "tried again" in told[0]
+    assert len(told) == 1 and "another program is listening there" in told[0] and "retrying" in told[0]
     links.close()
-    with pytest.raises(LinkError, match="another program listens there"):
+    with pytest.raises(LinkError, match="another program is listening there"):
         open_links([taken], time.monotonic, told.append)
     with pytest.raises(LinkError, match="is given twice"):
         open_links([taken, taken], time.monotonic, told.append)

@@ -21,10 +21,10 @@ def test_a_predicted_kite_is_left_alone(flying_kite, operator_of):
     operator = operator_of(flying_kite("small-kite"))
     assert operator.runs("tune", "--yes") == 0
     assert "UNSTABLE" not in operator.said and "1 / (e tau)" not in operator.said
-    for words in ("flown: prediction over PRED_DELAY = 0.2 s", "follows the eight", "if the delay is a quarter wrong",
+    for words in ("flown: prediction over PRED_DELAY = 0.2 s", "follows the eight", "if the delay is 25 % off",
                   "best P for following the eight", "INNER_P stays as it is"):
         assert words in operator.said
-    assert "it suits the prediction" in operator.remarked
+    assert "the present gain suits the prediction" in operator.remarked
     assert operator.kite.firmware_parameter("INNER_P") == 6.125
 
 
@@ -38,7 +38,7 @@ def test_a_predicted_kite_with_a_needlessly_low_gain_gets_a_higher_one(flying_ki
 def test_a_prediction_of_another_delay_than_the_measured_one_is_pointed_out(flying_kite, operator_of):
     operator = operator_of(flying_kite("small-kite", PRED_DELAY=0.1, INNER_P=3.0))
     assert operator.runs("tune", "--json") == 0 and operator.runs("tune", "--yes", "--duration", "10") == 0
-    assert "is not what PRED_DELAY says: kite-ground tune --identify" in operator.said
+    assert "differs from PRED_DELAY: run kite-ground tune --identify" in operator.said
 
 
 @pytest.mark.parametrize(("scenario", "parameters", "stays"), [
@@ -70,13 +70,13 @@ def test_on_the_eight_nothing_is_proposed_that_flies_worse(flying_kite, operator
 def test_the_lines_tell_settling_from_following(flying_kite, operator_of):
     operator = operator_of(flying_kite("paper-delay-tuned", INNER_P=6.0))
     assert operator.runs("tune", "--delay", "0.2", "--yes") == 0
-    for words in ("flown: plain law: no prediction, nothing fed forward",
-                  "limit of P as it is flown                6.70",
+    for words in ("flown: plain law: no prediction, no feed-forward",
+                  "limit of P, present control law           6.70",
                   "best P for settling                      1.839",
                   "best P for following the eight           3.35",
-                  "cross-track error as flown, RMS", "stable, with little margin: 1.1 times P"):
+                  "cross-track error in flight, RMS", "stable, with little margin: 1.1 times P"):
         assert words in operator.said
-    assert "no P with a margin of 2 follows the eight better" in operator.remarked
+    assert "no P with a gain margin of 2 follows the eight better" in operator.remarked
 
 
 def test_a_kite_in_park_settles(flying_kite, operator_of):

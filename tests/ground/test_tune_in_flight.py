@@ -35,10 +35,10 @@ def test_tune_measures_shows_and_steps(flying_kite, operator_of):
     """P = 1 is too slow for a delay of 0.2 s: half as much again tracks better, and stays."""
     operator = operator_of(flying_kite("paper-delay", INNER_P=1.0))
     assert operator.runs("tune", "--step", "+50%", "--yes") == 0
-    for words in ("sample's age at the tick           0.100 s", "steering link, actuator, kite      0.100 s",
-                  "steering until its turn is seen    0.200 s", "ground link, there and back",
+    for words in ("sample age at the tick             0.100 s", "steering link, actuator, kite      0.100 s",
+                  "total, steering to turn            0.200 s", "ground link, round trip",
                   "0 [------P----o------", "INNER_P                            1       1.5",
-                  "INNER_P = 1.5 1/s, acknowledged by the vehicle\n"):
+                  "INNER_P = 1.5 1/s, acknowledged by the kite\n"):
         assert words in operator.said
     assert operator.kite.firmware_parameter("INNER_P") == 1.5
     assert operator.runs("tune", "--step", "-40 %", "--yes", "--json") == 0
@@ -57,14 +57,14 @@ def test_a_step_towards_the_limit_is_refused_and_one_that_runs_away_is_taken_bac
     operator.is_told(UsageError, "not set: INNER_P = 10 would be unstable: the limit is 6.7", "tune", "--delay", "0.2",
                      "--step", "+100%", "--yes")
     assert operator.runs("tune", "--delay", "0.02", "--step", "+100%", "--yes", "--duration", "30") == 0
-    assert "the flight ran away: INNER_P = 5 again, acknowledged by the vehicle" in operator.said
+    assert "the flight diverged: INNER_P = 5 restored, acknowledged by the kite" in operator.said
     assert operator.kite.firmware_parameter("INNER_P") == float32(5.0)
 
 
 def test_a_kite_that_does_not_fly_tells_no_delay(operator):
-    operator.is_told(UsageError, r"cannot be told from \d+ states in STANDBY: steering explains 0% .* --delay S",
-                     "tune", "--yes")
-    operator.is_told(UsageError, "a step is measured in TRACK, and the kite is in STANDBY: kite-ground mode track",
+    operator.is_told(UsageError, r"no loop delay found in \d+ states in STANDBY: steering explains only 0% .*"
+                     " --delay S", "tune", "--yes")
+    operator.is_told(UsageError, "a step is measured in TRACK, and the kite is in STANDBY: run kite-ground mode track",
                      "tune", "--delay", "0.2", "--step", "+10%", "--yes")
     assert operator.kite.firmware_parameter("INNER_P") == 1.5
 

@@ -55,7 +55,7 @@ def test_an_interrupted_step_is_undone(flying_kite, operator_of, action, ends_wi
     with pytest.raises(ends_with):
         operator.runs(*STEP)
     assert kite.firmware_parameter(GAIN) == OLD
-    assert "INNER_P = 1 again, acknowledged by the vehicle" in operator.remarked
+    assert "INNER_P = 1 restored, acknowledged by the kite" in operator.remarked
     assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
 
 
@@ -92,7 +92,7 @@ def test_a_second_interruption_does_not_stop_the_undoing(flying_kite, operator_o
     operator = operator_of(kite)
     with pytest.raises(KeyboardInterrupt):
         operator.runs(*STEP)
-    assert "putting the old values back: a moment" in operator.remarked
+    assert "restoring the old values: please wait" in operator.remarked
     assert kite.firmware_parameter(GAIN) == OLD
 
 
@@ -116,7 +116,7 @@ def test_a_link_that_comes_back_in_time_brings_the_old_gain_back(flying_kite, op
     operator = operator_of(kite)
     with pytest.raises(GroundError):
         operator.runs(*STEP)
-    assert "INNER_P = 1 again, acknowledged by the vehicle" in operator.remarked
+    assert "INNER_P = 1 restored, acknowledged by the kite" in operator.remarked
     assert kite.firmware_parameter(GAIN) == OLD
 
 
@@ -127,8 +127,8 @@ def test_what_cannot_be_undone_is_said_with_the_command_that_does_it(flying_kite
     with pytest.raises(GroundError):
         operator.runs(*STEP)
     (shouted,) = [line for line in operator.remarked.splitlines() if line.startswith("NOT UNDONE")]
-    assert shouted == ("NOT UNDONE, the vehicle did not acknowledge it: INNER_P (tried: 1.5); as soon as it is heard "
-                       "again: kite-ground param set INNER_P 1")
+    assert shouted == ("NOT UNDONE, not acknowledged by the kite: INNER_P (tried: 1.5); when it is heard again, "
+                       "run: kite-ground param set INNER_P 1")
     assert kite.firmware_parameter(GAIN) == 1.5
     kite.change_link(LinkSettings(delay_s=0.05), LinkSettings(delay_s=0.05))
     with pytest.raises(VehicleError, match=r"^NOT UNDONE"), Trial(kite.session(tell)) as trial:
@@ -148,7 +148,7 @@ def test_only_a_yes_keeps_what_was_tried(flying_kite, operator_of, monkeypatch, 
 
 
 def test_a_kite_that_is_parked_meanwhile_gets_its_old_gain_back(flying_kite, operator_of):
-    """Another station parks it: what was measured is of no use, and what was tried must not stay."""
+    """Another station parks it: measurement discarded, and what was tried must not stay."""
     kite = flying_kite("paper-delay", INNER_P=OLD)
     packer = dialect.MAVLink(None, 254, 190)
 
@@ -169,7 +169,7 @@ def test_identified_settings_that_make_the_flight_run_away_are_undone_at_once(fl
         {"TURN_K": 0.3, "PRED_DELAY": 0.9}, {"INNER_P": 30.0}))
     operator = operator_of(kite)
     assert operator.runs("tune", "--identify", "--yes") == 0
-    assert "the flight ran away" in operator.remarked and "the old values are back" in operator.said
+    assert "the flight diverged" in operator.remarked and "old values restored" in operator.said
     assert {name: kite.firmware_parameter(name) for name in IDENTIFIED} == before
     assert kite.clock() < 2.0 + 5.0 + 40.0 + 25.0
 

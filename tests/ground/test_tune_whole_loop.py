@@ -19,15 +19,15 @@ def test_the_whole_loop_is_shown_and_guards_what_is_written(operator):
     advice = json.loads(operator.said)
     assert advice["whole_loop"]["limit"] == pytest.approx(0.4574, abs=1e-3)
     assert advice["whole_loop"]["best"]["outer_l"] == pytest.approx(0.602, abs=1e-3)
-    assert advice["verdict"] == "UNSTABLE: beyond the limit together with OUTER_L" and not advice["stable"]
+    assert advice["verdict"] == "UNSTABLE: above the limit together with OUTER_L" and not advice["stable"]
     operator.is_told(UsageError, "unstable with OUTER_L = 5 .* lower OUTER_L first .0.602", *tune, "--yes")
     assert operator.kite.firmware_parameter("INNER_P") == 1.5
     assert operator.runs("param", "set", "OUTER_L", "1") == 0
     assert operator.runs(*tune, "--yes") == 0
     for words in ("whole loop, 0.45 line lengths a second", "limit of P at the present L = 1", "best pair", "margins",
-                  "1.079", "acknowledged by the vehicle"):
+                  "1.079", "acknowledged by the kite"):
         assert words in operator.said
-    operator.is_told(UsageError, "quarter of its circle", "tune", "--delay", "0.4", "--speed-over-length", "5")
+    operator.is_told(UsageError, "quarter of a circle", "tune", "--delay", "0.4", "--speed-over-length", "5")
 
 
 def test_a_kite_at_rest_has_no_whole_loop(operator):

@@ -84,7 +84,7 @@ def call_everything(system: Any, outcomes: Outcomes) -> None:
     outcomes.note("set", lambda: param.set_param_float("INNER_P", 2.75))
     outcomes.note("get", lambda: param.get_param_float("INNER_P"))
     outcomes.note("out of range", lambda: param.set_param_float("INNER_P", 1000.0))
-    outcomes.note("read only", lambda: param.set_param_float("TABLE_VERSION", 2.0))
+    outcomes.note("read-only", lambda: param.set_param_float("TABLE_VERSION", 2.0))
     outcomes.note("unknown", lambda: param.set_param_float("NO_SUCH", 1.0))
     outcomes.note("version", lambda: flight_version(system))
     outcomes.note("metadata", lambda: parameter_metadata(system))

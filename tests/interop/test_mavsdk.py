@@ -98,7 +98,7 @@ def test_everything_succeeds_on_a_link_without_losses(sessions: dict[str, Future
         least = 0.0 if wanted.off_at_zero else wanted.least
         assert (entry["min"], entry["max"], entry["default"]) == (least, wanted.greatest, wanted.default)
     assert came_of == {
-        "connect": True, "set": "SUCCESS", "get": ASKED, "out of range": "VALUE_OUT_OF_RANGE", "read only": "READ_ONLY",
+        "connect": True, "set": "SUCCESS", "get": ASKED, "out of range": "VALUE_OUT_OF_RANGE", "read-only": "READ_ONLY",
         "unknown": "DOES_NOT_EXIST", "version": list(FIRMWARE_VERSION), "disarm first": "SUCCESS",
         "seen disarmed": True, "arm": "SUCCESS", "seen armed": True, "disarm": "SUCCESS", "seen disarmed again": True}
     assert (inner_p, armed) == (ASKED, False)

@@ -120,7 +120,7 @@ def test_rows_that_are_missing_are_a_gap(rows, tmp_path):
     ("smoothing_s = 1.1", "smoothing_s = -1", "between 0 and 60"),
     ("smoothing_s = 1.1", 'smoothing_s = "wide"', "smoothing_s must be a number"),
     ('values = ["eights", 7]', "", "phase: needs column"),
-    ('values = ["eights", 7]', "values = [[1]]", "numbers or texts"),
+    ('values = ["eights", 7]', "values = [[1]]", "numbers or strings"),
     ("[phase]", "[phases]", "unknown key phases"),
     ("[columns]", "[columns", "not TOML"),
 ])
@@ -140,7 +140,7 @@ def test_a_wrong_description_is_answered_in_a_line(old, new, message, tmp_path):
     ({"time": lambda index, value: "" if index == 9 else value}, "line 11: no time"),
     ({"kite_elevation": lambda index, value: str(57.3 * float(value))}, "elevation of 36.* rad in half of the rows"),
     ({"kite_actual_steering": lambda index, value: str(100.0 * float(value))}, "steering of .* of the range in half"),
-    ({"time": lambda index, value: str(1e9 * (index > 700) + 0.1 * index)}, "the times have a jump"),
+    ({"time": lambda index, value: str(1e9 * (index > 700) + 0.1 * index)}, "the time jumps"),
 ])
 def test_a_wrong_file_is_answered_in_a_line(rows, change, message, tmp_path):
     with pytest.raises(FlightDataError, match=message):
@@ -171,13 +171,13 @@ def test_a_time_in_two_columns_gives_the_same_fit(rows, tmp_path):
 def test_a_time_without_its_fraction_is_refused_and_the_column_named(rows, tmp_path):
     """And so is what is left when repeated rows are dropped: its dead time would be 0.8 s where it is 0.48 s."""
     two = in_two_columns(rows, "millis", 1000)
-    with pytest.raises(FlightDataError, match=r"still in line 3 and in 90% .*column millis looks like it") as caught:
+    with pytest.raises(FlightDataError, match=r"still in line 3 and in 90% .*column millis looks like one") as caught:
         read_record(write(tmp_path / "whole.csv", two))
     assert 'fraction = "millis"' in str(caught.value) and "\n" not in str(caught.value)
     dropped = [row for before, row in pairwise(two) if row["time"] != before["time"]]
-    with pytest.raises(FlightDataError, match=r"a row every 1 s is too few.*Were rows of equal time dropped"):
+    with pytest.raises(FlightDataError, match=r"one row every 1 s is too few.*Were rows of equal time dropped"):
         identify_law(read_record(write(tmp_path / "dropped.csv", dropped)))
-    with pytest.raises(FlightDataError, match="these rows repeat the ones before in full; drop them"):
+    with pytest.raises(FlightDataError, match="these rows are exact copies of the previous ones; drop them"):
         read_record(write(tmp_path / "twice.csv", [row for row in rows for _ in range(2)]))
     with pytest.raises(FlightDataError, match="line 12 has the time of the line before"):
         read_record(write(tmp_path / "slip.csv", [*rows[:10], rows[9] | {"kite_azimuth": "0"}, *rows[10:]]))

@@ -29,8 +29,8 @@ def test_real_headings_are_predicted_within_degrees(flights):
     errors = {(error.source, error.window_s): error.rms_deg for error in cross_predictions(flights)}
     assert errors["actual", 2.0] < 5.5
     assert errors["actual", 5.0] < 11.0
-    assert errors["set", 2.0] < 7.0
-    assert errors["set", 5.0] < 13.0
+    assert errors["commanded", 2.0] < 7.0
+    assert errors["commanded", 5.0] < 13.0
 
 
 def test_the_law_is_what_predicts(flights):
@@ -47,9 +47,9 @@ def test_the_law_is_what_predicts(flights):
 def test_the_actuator_matters_for_predictions_from_the_set_steering(flights):
     model = fit_model(flights[:2])
     assert model.actuator is not None
-    good = predict_heading(flights[2:], 2.0, "set", model)
+    good = predict_heading(flights[2:], 2.0, "commanded", model)
     at_once = model._replace(actuator=model.actuator._replace(dead_time_s=0.0))
-    assert predict_heading(flights[2:], 2.0, "set", at_once).rms_deg > 1.5 * good.rms_deg
+    assert predict_heading(flights[2:], 2.0, "commanded", at_once).rms_deg > 1.5 * good.rms_deg
 
 
 def test_what_cannot_be_predicted_says_why(flights):
@@ -57,7 +57,7 @@ def test_what_cannot_be_predicted_says_why(flights):
     with pytest.raises(FlightDataError, match="no unbroken stretch"):
         predict_heading(flights[1:], 500.0, "actual", model)
     with pytest.raises(FlightDataError, match="needs the actuator"):
-        predict_heading(flights[1:], 2.0, "set", model._replace(actuator=None))
+        predict_heading(flights[1:], 2.0, "commanded", model._replace(actuator=None))
     with pytest.raises(FlightDataError, match="two flights"):
         cross_predictions(flights[:1])
 
@@ -81,5 +81,5 @@ def test_an_eight_that_repeats_has_no_spread_and_a_wider_one_has_some(flights):
     spread = eight_spread(same)
     assert max(spread.rms_deg) < 0.05
     assert max(eight_spread(same._replace(azimuth=wider * same.azimuth)).rms_deg) > 0.5
-    with pytest.raises(FlightDataError, match="two whole eights"):
+    with pytest.raises(FlightDataError, match="two complete eights"):
         eight_spread(same.between(0.0, 40.0))

@@ -51,7 +51,7 @@ def weaving(seconds: float = 120.0):
 
 
 def test_a_great_circle_is_a_flight_that_does_not_turn():
-    """The turning of the meridians is all of the course's rate, wherever the circle goes."""
+    """Meridian convergence is all of the course's rate, wherever the circle goes."""
     angle = np.arange(0.0, 2.0, 0.004)[:, None]
     start, along = np.array([0.8, -0.5, np.sqrt(0.11)]), np.array([0.1, 0.6, 0.4])
     along -= (along @ start) * start
@@ -104,7 +104,7 @@ def test_lag_is_found_and_one_beyond_the_search_is_said_to_be_missing():
     ({"steering": np.zeros(1200)}, "hardly moves"),
     ({"airspeed": np.full(1200, np.nan)}, "no airspeed"),
     ({"heading": np.full(1200, np.nan)}, "no heading in the part"),
-    ({"selected": np.arange(1200) < 30}, "5 s are the least"),
+    ({"selected": np.arange(1200) < 30}, "at least 5 s are needed"),
     ({"elevation": np.where(np.arange(1200) % 9, 0.6, np.nan)}, "only 0.0 s"),
 ])
 def test_a_flight_that_cannot_tell_says_why(change, message):
@@ -130,7 +130,7 @@ def test_real_flights_obey_the_law(path):
     assert fit.lag_s is not None and -0.05 < fit.lag_s < 0.1
     assert 0.10 < fit.offset_rad_s < 0.12
     without = identify_law(flight, transport=False)
-    assert without.r2 < fit.r2  # so the meridians' turning is real
+    assert without.r2 < fit.r2  # so meridian convergence is real
     assert 0.5 < without.gravity_m_s2 - fit.gravity_m_s2 < 1.3
     course = identify_law(flight._replace(heading=np.full(len(flight.heading), np.nan)))
     assert course.angle == "course" and 0.94 < course.r2 < fit.r2

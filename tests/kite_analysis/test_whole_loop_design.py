@@ -210,7 +210,7 @@ def test_a_sampled_loop_that_no_gain_steadies():
 
 def test_what_cannot_be_designed_is_refused():
     for loop, gains, said in ((Loop(0.0, 0.4), Gains(1.0, 1.0), "delay of 0 s"), (Loop(0.2, 0.0), Gains(1, 1), "speed"),
-                              (Loop(2.0, 1.0), Gains(1.0, 1.0), "quarter of its circle"),
+                              (Loop(2.0, 1.0), Gains(1.0, 1.0), "quarter of a circle"),
                               (SMALL_KITE, Gains(-1.0, 1.0), "gain P of -1"),
                               (SMALL_KITE, Gains(1.0, math.nan), "gain L of nan")):
         with pytest.raises(ValueError, match=said):

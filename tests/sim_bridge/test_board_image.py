@@ -91,7 +91,7 @@ def test_the_command_says_what_it_made_and_what_is_wrong_in_one_line(capsys, tmp
     said = json.loads(out)
     assert code == 0 and len(said["files"]) == len(FIRMWARE) + len(SERVED) + 2 and said["bytes"] < 120_000
     code, out, _ = run(capsys, "board-image", str(tmp_path / "a"))
-    assert code == 0 and "board.py was there and is kept" in out
+    assert code == 0 and "existing board.py kept" in out
     (tmp_path / "file").write_text("")
     for arguments, says in (
         ([str(tmp_path / "b"), "--arch", "z80"], "mpy-cross for z80"),
@@ -119,7 +119,7 @@ def test_it_boots_as_far_as_a_pc_can_and_tells_what_is_missing_in_one_line(tmp_p
     assert boot(tmp_path, "main.py")[0].startswith("kitepilot: board.py: not Python: ")
     (tmp_path / "board.py").unlink()
     assert boot(tmp_path, "main.py")[0] == (
-        "kitepilot: board.py: there is none: copy the template, and write your settings")
+        "kitepilot: board.py: not found: copy the template and enter your settings")
 
 
 @needs_micropython

@@ -71,7 +71,7 @@ def test_bad_input_is_one_line_and_exit_code_2(capsys, tmp_path):
         ("run", str(tmp_path / "none.toml")): "No such file",
         ("run", "paper-delay", "--ground", "--runtime", "inproc"): "--runtime cpython",
         ("run", "paper-delay", "--log", str(tmp_path / "full")): "not empty",
-        ("run", "paper-delay", "--param", "EIGHT_HALF_H=1"): "eight turns in",
+        ("run", "paper-delay", "--param", "EIGHT_HALF_H=1"): "eight needs",
         ("run", "paper-delay", "--duration", "1", "--plot", str(tmp_path / "x.nonsense")): "nonsense",
         ("rerun", str(tmp_path)): "not a run log",
         ("replay", str(tmp_path / "none.csv")): "No such file",

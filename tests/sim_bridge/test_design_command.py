@@ -46,7 +46,7 @@ def test_without_any_other_delay_sampling_is_told_exactly(capsys):
     assert numbers["whole_loop"]["limit"] == pytest.approx(stability_limit(0.01), rel=0.01)
     assert numbers["whole_loop"]["sampled_limit"] == pytest.approx(100.0, rel=0.01)  # P T < 2
     assert main(["design", "--delay", "0", "--speed-over-length", "0.06"]) == 0
-    assert "(100 with sampling exactly)" in capsys.readouterr().out
+    assert "(100 exact, with sampling)" in capsys.readouterr().out
 
 
 def test_jitter_loss_and_lag_cost_gain(capsys):
@@ -60,8 +60,8 @@ def test_jitter_loss_and_lag_cost_gain(capsys):
 
 @pytest.mark.parametrize(("arguments", "said"), [
     ("--speed-over-length 0.45", "--delay"),
-    ("--delay -1 --speed-over-length 0.45", "-1 should be 0 or more"),
-    ("--delay 0.2 --speed-over-length 0", "0 should be more than 0"),
+    ("--delay -1 --speed-over-length 0.45", "-1 must be 0 or more"),
+    ("--delay 0.2 --speed-over-length 0", "0 must be more than 0"),
     ("--delay soon --speed-over-length 1", "'soon' is not a number"),
     ("--delay 2 --speed-over-length 1", "kite-sitl: design: speed over length of 1 1/s with 2.01 s of delay"),
     ("--delay 0.2 --speed-over-length 1 --loss 1", "kite-sitl: design: loss of 1: must be at least 0 and below 1"),

@@ -63,7 +63,7 @@ def test_a_dry_run_shows_the_plan_and_needs_no_board(capsys, monkeypatch):
     copied = " ".join(commands)
     assert all(str(path.with_suffix(".mpy")) in copied for path in Path("firmware_py").rglob("*.py"))
     assert [command.split()[-1] for command in commands[-3:]] == [":board.py", ":main.py", "reset"]
-    assert lines[-1] == "nothing was done: this was for a Pico with nothing on it"
+    assert lines[-1] == "dry run for an empty Pico: nothing was changed"
 
 
 def test_an_empty_board_gets_everything_and_main_py_last(capsys, mpremote):

@@ -158,7 +158,7 @@ def test_ten_minutes_of_eights_are_tracked_in_steady_and_in_turbulent_wind(name,
 @pytest.mark.parametrize(("name", "k", "c2", "r2"), [
     ("reference-kite-four-point", 0.154, 3.7, 0.995), ("small-kite-four-point", 0.176, None, 0.97)])
 def test_the_turning_rate_law_comes_out(name, k, c2, r2):
-    """The heading's rate on top of the turning of the meridians, against airspeed times steering and weight."""
+    """The heading's rate on top of meridian convergence, against airspeed times steering and weight."""
     flight, _, _ = fly(name, 60.0)
     rows = {column: np.array(values) for column, values in zip(COLUMNS, zip(*flight.rows, strict=True), strict=True)}
     time_s, azimuth, elevation = rows["time_s"], np.unwrap(rows["azimuth_rad"]), rows["elevation_rad"]

@@ -251,8 +251,8 @@ def test_a_link_that_is_too_slow_is_said_beforehand_with_what_would_help():
 
 
 @pytest.mark.parametrize(("link", "says"), [
-    ("serial:/dev/no-such-port:115200", "/dev/no-such-port"), ("serial:x", "should be serial:DEVICE:BAUD"),
-    ("udp:host", "is not HOST:PORT"), ("usb:1", "should be serial:DEVICE:BAUD or udp:HOST:PORT"),
+    ("serial:/dev/no-such-port:115200", "/dev/no-such-port"), ("serial:x", "must be serial:DEVICE:BAUD"),
+    ("udp:host", "is not HOST:PORT"), ("usb:1", "must be serial:DEVICE:BAUD or udp:HOST:PORT"),
 ])
 def test_a_wrong_link_is_one_line(link, says):
     with pytest.raises(ScenarioError, match=says) as error:

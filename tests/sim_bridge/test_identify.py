@@ -87,7 +87,7 @@ def test_telemetry_of_ten_messages_a_second_is_enough(capsys, pushed, tmp_path):
 
 def test_a_plant_that_does_not_turn_its_meridians_is_taken_as_it_is(capsys, tmp_path):
     """Its own scenario says so; and limits that were never reached are not given. No wind blows it sideways here:
-    what the plant leaves out is the meridians' turning by its flight along its nose."""
+    what the plant leaves out is meridian convergence by its flight along its nose."""
     folder = fly(tmp_path / "held", "--duration", "60", "--set", "plant.transport=false",
                  "--set", "actuator.rate_limit_per_s=0", "--set", "plant.speed_law=constant",
                  "--set", "plant.airspeed_m_s=19", "--set", "plant.speed_over_length=0.065")
@@ -129,7 +129,7 @@ def test_the_options_choose_what_is_used(capsys):
     (["nowhere"], "nowhere: No such file"),
     (["."], "a folder without truth.csv"),
     ([str(FLIGHT), "--from", "500"], "it lasts 149 s"),
-    ([str(FLIGHT), "--from", "20", "--to", "22"], "5 s are the least"),
+    ([str(FLIGHT), "--from", "20", "--to", "22"], "at least 5 s are needed"),
     ([str(FLIGHT), "--columns", "nowhere.toml"], "nowhere.toml: No such file"),
     ([str(FLIGHT.with_name("README.md"))], "column time is missing"),
     ([str(FLIGHT), "--plot", "/proc/flight.png"], "--plot /proc/flight.png"),

@@ -36,8 +36,8 @@ def test_every_command_that_draws_asks_before_it_works_and_writes_over_nothing(h
     for words, name in drawers.items():
         (here / name).write_text("mine")
         for arguments, says in (
-            ((*words, "--plot"), f"{name}: is there already: give another name, or --force"),
-            ((*words, "--plot", "x.nonsense"), "x.nonsense: a picture's name ends in .png, .svg, .pdf or .jpg"),
+            ((*words, "--plot"), f"{name}: already exists: give another name, or --force"),
+            ((*words, "--plot", "x.nonsense"), "x.nonsense: the name of a plot must end in .png, .svg, .pdf or .jpg"),
             ((*words, "--plot", f"{name}/x.png"), "is not a folder"),
         ):
             capsys.readouterr()
@@ -48,7 +48,7 @@ def test_every_command_that_draws_asks_before_it_works_and_writes_over_nothing(h
         assert kite_sitl([*words, "--plot", "--force"]) == 0
         assert (here / name).read_bytes()[:4] == b"\x89PNG"
     assert kite_sitl([*SWEEP, "--plot"]) == 0  # a sweep that goes on draws its own map again
-    for out, says in (("flight-identify.png", "is there already"), ("x.txt", "ends in .png, .svg, .pdf or .jpg")):
+    for out, says in (("flight-identify.png", "already exists"), ("x.txt", "ends in .png, .svg, .pdf or .jpg")):
         assert kite_ground(["plot", "flight/control.tlog", "--out", out]) == 2
         assert says in capsys.readouterr().err
     assert kite_ground(["plot", "flight/control.tlog", "--out", "flight-identify.png", "--force"]) == 0

@@ -113,7 +113,7 @@ def test_ctrl_c_at_any_moment_leaves_a_log_that_repeats(tmp_path, capsys):
             continue
         code, result, said = rerun(capsys, folder)
         if code == 2:
-            assert said.endswith("the log ends before the flight began; there is nothing to fly again\n"), said
+            assert said.endswith("the log ends before the flight began: nothing to fly again\n"), said
         else:
             reruns += 1
             assert code == 0 and result["same"], (stop_at, result, said)
@@ -145,7 +145,7 @@ def test_a_full_disk_ends_the_log_and_not_the_flight(tmp_path, capsys, room):
 def test_a_folder_that_holds_anything_is_refused_and_left_alone(tmp_path, capsys, theirs):
     (tmp_path / theirs).write_text("{}")
     assert main(["run", "small-kite", "--log", str(tmp_path)]) == 2
-    assert capsys.readouterr().err == f"kite-sitl: --log {tmp_path}: not empty; name a new folder\n"
+    assert capsys.readouterr().err == f"kite-sitl: --log {tmp_path}: not empty; give a new folder\n"
     assert [path.name for path in tmp_path.iterdir()] == [theirs] and (tmp_path / theirs).read_text() == "{}"
 
 
@@ -217,7 +217,7 @@ def test_a_changed_truth_is_noticed_and_a_missing_one_said(tmp_path, capsys):
         assert len(read_record(folder).time_s) == 399
     truth.unlink()
     code, _, said = rerun(capsys, folder)
-    assert code == 2 and said == f"kite-sitl: {truth} is missing: nothing says how the kite flew\n"
+    assert code == 2 and said == f"kite-sitl: {truth} is missing: no record of the flight\n"
 
 
 class Stations:
@@ -259,11 +259,11 @@ def test_what_ground_stations_sent_is_flown_again_up_to_where_it_is_known(tmp_pa
     sent.write_text(text[: len(text) * 2 // 3])
     code, result, _ = rerun(capsys, folder)
     assert code == 0 and result["same"] and 40 < result["ticks"] < 80
-    assert result["cut"] == "what ground stations sent is recorded no further"
+    assert result["cut"] == "ground-station input is not recorded beyond it"
     sent.unlink()
     code, _, said = rerun(capsys, folder)
     assert code == 2
-    assert said == f"kite-sitl: {sent} is missing: nothing says what ground stations sent in this flight\n"
+    assert said == f"kite-sitl: {sent} is missing: no record of what ground stations sent\n"
 
 
 def test_a_flood_fills_no_disk_and_the_log_says_what_it_lacks(tmp_path, capsys):

@@ -88,7 +88,7 @@ def test_a_sweep_on_a_full_disk_ends_in_a_line_and_goes_on_with_room(whole, tmp_
         capture_output=True, text=True, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (room, room)))
     assert flown.returncode == 2 and not flown.stdout
     assert flown.stderr.splitlines() == [
-        f"kite-sitl: {path}: File too large; {len(rows_of(path))} runs are in it, and the same command goes on"]
+        f"kite-sitl: {path}: File too large; {len(rows_of(path))} runs are in it; the same command resumes"]
     assert 0 < len(rows_of(path)) < 6 and path.read_bytes().endswith(b"\r\n")
     assert sweep("--out", path) == 0
     assert path.read_bytes() == whole.read_bytes()

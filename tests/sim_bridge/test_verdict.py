@@ -140,7 +140,7 @@ def test_a_flight_too_short_to_be_measured_says_so_and_has_no_numbers(capsys):
     assert numbers["verdict"] == "not measured" and "run.settle_s = 10 s" in numbers["trouble"]
     assert [numbers[key] for key in NUMBERS] == [None] * 5
     assert main(["run", "paper-no-delay", "--duration", "5"]) == 0
-    assert "not measured: it ended before run.settle_s = 10 s: fly longer" in capsys.readouterr().out
+    assert "not measured: the flight ended before run.settle_s = 10 s: fly longer" in capsys.readouterr().out
 
 
 def test_help_explains_the_four_words(capsys):

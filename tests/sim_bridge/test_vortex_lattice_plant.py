@@ -94,7 +94,7 @@ def test_mirrored_steering_flies_a_mirrored_path():
 
 
 def test_the_turning_rate_law_comes_out_of_the_flow(steady_flight):
-    """Heading rate, less the meridians' turning, on Va u of 0.12 s ago, 1, and sin(psi) cos(elevation) / Va."""
+    """Heading rate, less meridian convergence, on Va u of 0.12 s ago, 1, and sin(psi) cos(elevation) / Va."""
     rows = np.array(steady_flight.rows)[500:]
     column = {name: rows[:, index] for index, name in enumerate(COLUMNS)}
     psi, elevation, airspeed = column["heading_rad"], column["elevation_rad"], column["airspeed_m_s"]

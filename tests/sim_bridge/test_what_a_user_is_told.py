@@ -33,7 +33,7 @@ def test_keys_tell_what_a_scenario_takes(capsys):
 
 @pytest.mark.parametrize(("arguments", "says"), [
     ("rn paper-delay", "no command 'rn'; did you mean run?"),
-    ("list --jsn", "--jsn is not understood; did you mean --json?"),
+    ("list --jsn", "--jsn is not an option; did you mean --json?"),
     ("run paper-delay --duratoin 4", "--duratoin is not understood; did you mean --duration?"),
     ("run paper-delay --runtime pico", "'pico' is not one of inproc, cpython, micropython"),
     ("run", "the following arguments are required: NAME"),
@@ -61,7 +61,7 @@ def test_a_plant_that_flies_uncompiled_says_so_in_one_line():
     assert slowness("turning-rate") is None
     no_numba = "import sys; sys.modules['numba'] = None; from sim_bridge.cli.main import main; sys.exit(main())"
     for script, environment, says in (
-        (no_numba, {}, "pip install 'kitepilot[fast]' makes it some 50 times faster"),
+        (no_numba, {}, "pip install 'kitepilot[fast]' makes it about 50 times faster"),
         (no_numba.replace("sys.modules['numba'] = None; ", ""), {"NUMBA_DISABLE_JIT": "1"}, "NUMBA_DISABLE_JIT is set"),
     ):
         done = subprocess.run([sys.executable, "-c", script, "run", "small-kite-one-point", "--duration", "0.2"],

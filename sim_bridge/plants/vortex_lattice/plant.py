@@ -116,8 +116,8 @@ class VortexLatticeKite(TetheredKite):
         if flight is None or flight.pull <= 0.0:
             raise ScenarioError(
                 f"plant.kind = vortex-lattice: the kite cannot fly steadily at the start of the flight, where "
-                f"{radial:.1f} m/s of wind blow along the tether; start it lower or in more wind, if the section wing "
-                f"is as meant")
+                f"{radial:.1f} m/s of wind blow along the tether; start lower or in more wind, or check the keys "
+                f"of the section wing")
         return flight
 
 

@@ -1,4 +1,4 @@
-"""The page docs/reality.md, and the verb `kite-sitl reality` that makes it."""
+"""The page docs/validation.md, and the verb `kite-sitl validate` that makes it."""
 
 import datetime
 import platform
@@ -14,36 +14,39 @@ from sim_bridge.scenario.scenario import ScenarioError
 from sim_bridge.studies.validation import plant_laws, real_flights
 
 _HEAD = """\
-# Reality: what the models are worth
+# Validation: what the models are worth
 
-Made by `make reality` on {date}, with kitepilot {version} under Python {python}; speeds are those of one core of the
-machine that made it. {attribution}.
+Made by `make validate` on {date}, with kitepilot {version} under Python {python}; speeds are for one core of the
+machine that made it.
+
+{attribution}.
 
 ## The turning-rate law on real flights
 
 Least squares on the reel-out of each cycle (`kite-sitl identify FILE`): heading rate on airspeed times actual steering,
-a constant, and gravity; the meridians' turning is taken out first. ± is a standard deviation that allows for residuals
-correlated over seconds. Each half's law is then held against the other half.
+a constant, and gravity; meridian convergence is taken out first. ± is a standard deviation that allows for residuals
+correlated over seconds. Each half's law is then compared with the other half.
 
 """
 
 
-def add_reality_verb(verbs: Any) -> None:
-    """Add `reality` to the verbs of `kite-sitl`."""
-    reality = verbs.add_parser(
-        "reality", help="hold law and plants against real flights and each other, in a page of tables",
+def add_validate_verb(verbs: Any) -> None:
+    """Add `validate` to the verbs of `kite-sitl`."""
+    verb = verbs.add_parser(
+        "validate", help="compare the turning-rate law and the plants with real flights and each other, in a page of "
+                        "tables",
         description="Identify the turning-rate law on real flights and on every plant, fly them, and write the tables "
         "as a Markdown page. Takes some minutes.")
-    reality.add_argument("files", nargs="+", metavar="FLIGHT", help="real flights, two or more, CSV or CSV.gz")
-    reality.add_argument("--out", metavar="FILE.md", default="reality.md", help="the page (default: reality.md)")
-    reality.add_argument("--force", action="store_true", help="write over a page that is there")
-    reality.set_defaults(do=reality_command)
+    verb.add_argument("files", nargs="+", metavar="FLIGHT", help="two or more real flights, CSV or CSV.gz")
+    verb.add_argument("--out", metavar="FILE.md", default="validation.md", help="the page (default: validation.md)")
+    verb.add_argument("--force", action="store_true", help="overwrite an existing page")
+    verb.set_defaults(do=validate_command)
 
 
-def reality_command(options: Namespace) -> int:
-    """`kite-sitl reality`."""
+def validate_command(options: Namespace) -> int:
+    """`kite-sitl validate`."""
     if len(options.files) < 2:
-        raise ScenarioError("reality: two flights at least are needed, so that one can be predicted from another")
+        raise ScenarioError("validate: at least two flights are needed, so that one can be predicted from another")
     check_new_file(Path(options.out), options.force)
     text = _page([Path(name) for name in options.files])
     try:
@@ -61,21 +64,23 @@ def _page(files: list[Path]) -> str:
                         version=metadata.version("kitepilot"), python=platform.python_version(),
                         attribution=records[0].attribution or records[0].title)
     text += real_flights.law_table(names, records)
-    text += "The steering actuator, from set to actual steering:\n\n" + real_flights.actuator_table(names, records)
+    text += "The steering actuator, from commanded to actual steering:\n\n"
+    text += real_flights.actuator_table(names, records)
     notice("the real flights: identified")
-    text += ("## Heading, predicted\n\nThe law is integrated open loop with the recorded airspeed, from a fresh state "
-             "at each window's start,\non flights that it was not fitted to; the worst of all cross-fits.\n\n")
+    text += ("## Predicted heading\n\nThe law is integrated open loop with the recorded airspeed, from a fresh state "
+             "at each window's start,\non flights that it was not fitted to. The table has the worst of all "
+             "cross-fits.\n\n")
     text += real_flights.prediction_table(records)
     notice("the real flights: predicted")
-    text += ("## The real flight, flown again\n\n`v3-flight` is the turning-rate plant with what was identified: "
-             "cross-track error in closed loop,\nand beside it how far one real eight is from the next.\n\n")
+    text += ("## The real flight, simulated\n\n`v3-flight` is the turning-rate plant with the identified values: "
+             "cross-track error in closed loop,\nand the distance from one real eight to the next.\n\n")
     text += real_flights.flown_again_table() + real_flights.spread_table(names, records)
     notice("v3-flight: flown")
     text += "## The plants in closed loop\n\n" + plant_laws.closed_loop_table(notice)
-    text += ("## Where the law holds\n\nIdentified from a minute of eights; R² is the share of the turning rate that "
-             "the law explains.\n\n") + plant_laws.law_table(notice)
-    text += ("K of the plants with forces, with the mean airspeed, as wind, line length and depower change; "
-             "line and eight are those\nof the plant's set otherwise.\n\n") + plant_laws.variation_tables(notice)
+    text += ("## Where the law holds\n\nIdentified from a minute of eights; R² is the fraction of the turning rate "
+             "that the law explains.\n\n") + plant_laws.law_table(notice)
+    text += ("K of the plants with forces, at the mean airspeed, as wind, line length and depower change; "
+             "tether and eight are\notherwise those of the plant's set.\n\n") + plant_laws.variation_tables(notice)
     text += ("## The paper's flights on every plant\n\n`kite-sitl paper --plant NAME` draws them. L is 5, and the line "
              "long enough for 0.2 line lengths a second.\n\n") + plant_laws.paper_table(notice)
     return text.rstrip() + "\n"

@@ -58,7 +58,7 @@ def fly_and_identify(scenario: Scenario, notice: Notice) -> Flown:
         ScenarioError, FirmwareError: it cannot be flown.
         FlightDataError: the flight cannot tell, or it came to an early end.
     """
-    scenario.set("run.duration_s", _LENGTH_S, "reality")
+    scenario.set("run.duration_s", _LENGTH_S, "validate")
     with tempfile.TemporaryDirectory() as folder:
         log = Path(folder) / "log"
         numbers = run_scenario(scenario, RunOptions(log=log), notice=notice).numbers

@@ -12,7 +12,7 @@ from sim_bridge.runs.run import RunOptions, run_scenario
 from sim_bridge.scenario.scenario import Scenario, load_scenario
 from sim_bridge.studies.validation.tables import table, with_std
 
-_LIMITS_DEG = {("actual", 2.0): 5.5, ("actual", 5.0): 11.0, ("set", 2.0): 7.0, ("set", 5.0): 13.0}
+_LIMITS_DEG = {("actual", 2.0): 5.5, ("actual", 5.0): 11.0, ("commanded", 2.0): 7.0, ("commanded", 5.0): 13.0}
 _TURBULENCE = 0.15
 
 
@@ -32,7 +32,7 @@ def law_table(names: Sequence[str], records: Sequence[FlightRecord]) -> str:
             name, with_std(fit.k_rad_per_m, fit.k_rad_per_m_std, 3),
             with_std(fit.gravity_m_s2, fit.gravity_m_s2_std, 2), with_std(fit.offset_rad_s, fit.offset_rad_s_std, 3),
             with_std(fit.lag_s, fit.lag_s_std, 2), f"{fit.r2:.4f}", f"{100 * apart:.1f} %", f"{lost:.3f}"])
-    return table(("flight", "K [rad/m]", "gravity [m/s²]", "offset [rad/s]", "lag [s]", "R²", "K, half to half",
+    return table(("flight", "K [rad/m]", "gravity [m/s²]", "offset [rad/s]", "lag [s]", "R²", "K, difference of halves",
                   "R² lost on the other half"), rows)
 
 
@@ -51,7 +51,7 @@ def prediction_table(records: Sequence[FlightRecord]) -> str:
     """The worst of the cross-fits, beside what was asked for."""
     rows = [[f"{error.source} steering", f"{error.window_s:g} s", f"{error.rms_deg:.1f}", f"{error.end_rms_deg:.1f}",
              f"{_LIMITS_DEG[error.source, error.window_s]:g}"] for error in cross_predictions(records)]
-    return table(("from", "windows", "RMS over all samples [deg]", "at the windows' ends [deg]", "wanted [deg]"), rows)
+    return table(("from", "windows", "RMS over all samples [deg]", "RMS at window ends [deg]", "required [deg]"), rows)
 
 
 def spread_table(names: Sequence[str], records: Sequence[FlightRecord]) -> str:
@@ -61,7 +61,7 @@ def spread_table(names: Sequence[str], records: Sequence[FlightRecord]) -> str:
         spread = eight_spread(record)
         seconds = f"{min(spread.seconds):.0f} to {max(spread.seconds):.0f} s"
         rows.append([name, str(spread.eights), seconds, ", ".join(f"{value:.1f}" for value in spread.rms_deg)])
-    return table(("flight", "eights", "each", "from one to the next, RMS [deg]"), rows)
+    return table(("flight", "eights", "period", "eight to eight, RMS [deg]"), rows)
 
 
 def flown_again_table() -> str:

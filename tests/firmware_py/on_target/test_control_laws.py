@@ -65,8 +65,8 @@ def test_the_eight_crosses_in_its_centre_and_turns_at_its_ends():
 
 def test_a_curve_that_cannot_be_flown_is_refused_in_a_few_calls_with_its_reason():
     for change, says in (
-        ((table.EIGHT_HALF_H, 1.0), "turns in"), ((table.EIGHT_ELEVATION, 15.0), "goes down"),
-        ((table.EIGHT_HALF_W, 80.0), "wind window"), ((table.TURN_K, 0.001), "turns in"),
+        ((table.EIGHT_HALF_H, 1.0), "deg radius"), ((table.EIGHT_ELEVATION, 15.0), "goes down"),
+        ((table.EIGHT_HALF_W, 80.0), "wind window"), ((table.TURN_K, 0.001), "deg radius"),
     ):
         check = CurveCheck()
         check.begin(values_with(change), 100.0)
