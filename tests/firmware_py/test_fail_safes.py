@@ -125,6 +125,21 @@ def test_a_loop_that_stood_still_for_less_flies_on():
     assert (bench.texts(), bench.mode) == ([], TRACK)
 
 
+def test_samples_are_fresh_again_with_one_that_is_accepted_half_a_second_after_another():
+    bench = Bench()
+    bench.start(PARK)
+    bench.sky = None
+    bench.run(1.0)
+    arriving = (0, 20, 26)  # ticks: half a second after the first none comes
+    taken = hovering()
+    for tick in range(27):
+        bench.sky = taken if tick in arriving else None
+        bench.step()
+        assert bench.autopilot.modes.stale == (tick < 26)
+    bench.run(0.1)
+    assert bench.texts()[-1] == "samples fresh again: PARK"
+
+
 @pytest.mark.parametrize("resume", [0.0, 1.0])
 def test_the_operators_park_is_taken_while_samples_are_stale_and_kept(resume):
     bench = Bench()
