@@ -32,6 +32,10 @@ class CommandOrder:
                 return True
         return False
 
+    def was_refused(self, sender, sequence, what):
+        """True for a frame that was refused when it came first, and its station told why."""
+        return (sender, sequence, what, True) in [done[:4] for done in self._done]
+
     def note(self, sender, sequence, what, refused, uptime_us):
         """A command was answered; one without a number says nothing of the order."""
         if sequence is None:

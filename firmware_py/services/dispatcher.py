@@ -141,12 +141,13 @@ class Requests:
 
     def _answer_late(self, request):
         """A late copy changes nothing: it is accepted where what it asks for is so, and rejected otherwise."""
-        _, values, system, component, _ = request
+        _, values, system, component, sequence = request
         if self._commands.is_so(values):
             self._commands.acknowledge(values[7], MAV_RESULT_ACCEPTED, system, component)
-        else:
+            return
+        if not self._order.was_refused(sender_of(request), sequence, _what(values)):
             self._say(MAV_SEVERITY_WARNING, "overtaken by a later command")
-            self._on_overtaken(values, system, component)
+        self._on_overtaken(values, system, component)
 
     def _note(self, request, refused):
         """Remember a command that moves the kite: a copy of it may come later."""

@@ -134,6 +134,11 @@ class Commands:
     def _late_result(self, wish: str) -> int:
         return ACCEPTED if self._is_so(wish) else REJECTED
 
+    def _tell_late(self, frame: Frame) -> None:
+        """The operator is told, unless the reason of a refusal was told when the frame came first."""
+        if not any(done.refused and done.frame == frame for done in self._done):
+            self._flight.owe(LATE_TEXT)
+
     def _is_so(self, wish: str) -> bool:
         flight = self._flight
         return flight.armed if wish == ARMING else not flight.armed if wish == DISARMING else WORDS[flight.mode] == wish
@@ -201,11 +206,11 @@ class Commands:
         """Hold the answers of a tick against what was asked."""
         answers = [((ack.target_system, ack.target_component), ack.command, ack.result)
                    for ack in seen.of_kind("COMMAND_ACK") if ack.command in (ARM, DO_SET_MODE)]
-        for _, results in self._late:
+        for frame, results in self._late:
             if self._ticks[-1] > 1:
                 results |= {ACCEPTED, REJECTED}  # what it asks for may have been so for a part of the tick
             if results == {REJECTED}:
-                self._flight.owe(LATE_TEXT)
+                self._tell_late(frame)
         expected = self._expected + self._late
         turn = answers.pop() if len(answers) > len(expected) else None  # what waits is answered last
         for frame, results in expected:
@@ -237,7 +242,7 @@ class Commands:
             if result != self._late_result(wish):
                 raise DivergenceError(f"a late copy of {wish} that waited is answered {result}", self.story())
             if result == REJECTED:
-                self._flight.owe(LATE_TEXT)
+                self._tell_late(frame)
             return
         self._note(frame, refused=result != ACCEPTED)
         against = self._reason_against(wish)
