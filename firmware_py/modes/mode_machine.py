@@ -48,7 +48,6 @@ class ModeMachine:
 
         `curve_problem` is why the target curve cannot be flown, or None.
         """
-        self._hear_operator()
         if self.armed():
             return None
         reason = "no samples from the kite" if self._kite.is_stale() else curve_problem
@@ -58,7 +57,6 @@ class ModeMachine:
 
     def disarm(self):
         """Go to STANDBY."""
-        self._hear_operator()
         if self.armed():
             self._enter(KITE_MODE_STANDBY, "disarmed")
 
@@ -72,7 +70,6 @@ class ModeMachine:
 
         `curve_problem` is why the target curve cannot be flown, or None.
         """
-        self._hear_operator()
         if not 0 <= mode < len(NAMES):
             return "no such mode"
         if mode == KITE_MODE_STANDBY:
@@ -93,13 +90,18 @@ class ModeMachine:
     def hear_station(self):
         """A ground station's heartbeat arrived."""
         self._station_heard = True
-        self._hear_operator()
+        self.hear_operator()
+
+    def hear_operator(self):
+        """A sign of life arrived: an arm, disarm or mode command, a heartbeat, or MANUAL_CONTROL."""
+        self._station_silence_us = 0
+        self._station_silent = False
 
     def hear_manual(self, steering):
         """MANUAL_CONTROL arrived with `steering` in [-1, 1]."""
         self.manual_steering = steering
         self._manual_silence_us = 0
-        self._hear_operator()
+        self.hear_operator()
 
     def update(self, elapsed_us, missing, fresh):
         """Look once a tick at everything that may be missing; `elapsed_us` since the last look.
@@ -143,10 +145,6 @@ class ModeMachine:
         elif not self._station_silent and self._station_silence_us > int(limit_s * 1e6):
             self._station_silent = True
             self._park("ground station silent")
-
-    def _hear_operator(self):
-        self._station_silence_us = 0
-        self._station_silent = False
 
     def _too_low(self, least_deg):
         return least_deg and self._kite.elevation < radians(least_deg)

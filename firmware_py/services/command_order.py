@@ -1,7 +1,7 @@
-"""Tells commands that move the kite in the order in which a station sent them, over however many links they come.
+"""Tells commands that move the kite from late copies of them, over however many links a station sends.
 
 A station numbers what it sends, whatever link that goes over. A copy over a slow link may arrive when a later command
-was obeyed already: it must not undo that one.
+was obeyed already: it must not undo that one, nor what another station or a fail-safe did since.
 """
 
 _RECENT_US = 3000000  # a link that is later than this is not flown by; beyond it a station may have begun anew
@@ -10,32 +10,35 @@ _REMEMBERED = 8
 
 
 class CommandOrder:
-    """Remembers the last few commands that were obeyed, or overtaken while they waited."""
+    """Remembers the last few commands that were answered: obeyed, overtaken while they waited, or refused."""
 
     def __init__(self):
-        self._done = []  # (sender, sequence, what, time), the newest last
+        self._done = []  # (sender, sequence, what, whether it was refused, time), the newest last
 
     def is_late(self, sender, sequence, what, is_safe, uptime_us):
-        """True for a command that does not come after the last of its sender. Ask where it would change something.
+        """True for a frame that was answered before, or that was sent before one that was answered and not refused.
 
-        `what` it asks for; `is_safe`: PARK, MANUAL or disarm, which are late only as the very frame that was obeyed
-        before. `sequence` None: nothing is known of the order.
+        `what` it asks for. One that `is_safe` (PARK, MANUAL or disarm) is late only as the very frame. `sequence` None:
+        nothing is known of the order.
         """
         if sequence is None:
             return False
-        last = None
-        same = False
-        for command in self._done:
-            if command[0] == sender and uptime_us - command[3] < _RECENT_US:
-                last = command
-                same = same or (command[1] == sequence and command[2] == what)
-        if last is None or (last[1] - sequence) & 0xFF > _BEHIND:
-            return False
-        return same or not is_safe
+        for its_sender, its_sequence, its_what, refused, time_us in self._done:
+            if its_sender != sender or uptime_us - time_us >= _RECENT_US:
+                continue
+            if its_sequence == sequence and its_what == what:
+                return True
+            if not (is_safe or refused) and (its_sequence - sequence) & 0xFF <= _BEHIND:
+                return True
+        return False
 
-    def note(self, sender, sequence, what, uptime_us):
-        """A command was obeyed, or is overtaken for good; one without a number says nothing of the order."""
+    def was_refused(self, sender, sequence, what):
+        """True for a frame that was refused when it came first, and its station told why."""
+        return (sender, sequence, what, True) in [done[:4] for done in self._done]
+
+    def note(self, sender, sequence, what, refused, uptime_us):
+        """A command was answered; one without a number says nothing of the order."""
         if sequence is None:
             return
         self._done = self._done[1 - _REMEMBERED :]
-        self._done.append((sender, sequence, what, uptime_us))
+        self._done.append((sender, sequence, what, refused, uptime_us))

@@ -7,7 +7,7 @@ from ..parameters.generated_parameters import LINE_LENGTH, TURN_K
 from ..parameters.values import UNKNOWN
 from .inbox import first_of_another, sender_of
 
-_COMMANDS = 4
+_COMMANDS = 8  # some stations send each over two or three links
 _SETS = 2 * len(CURVE_PARAMETERS)
 _TRIES = 4
 _RESTLESS = "eight changes too often to be checked"
@@ -35,7 +35,7 @@ class CurveRequests:
     def put(self, request):
         """Take a request in; False if there is no room."""
         if request[0] != PARAM_SET:
-            if len(self._commands) >= _COMMANDS:
+            if len(self._commands) + self._looks_at_command() >= _COMMANDS:
                 return False
             self._commands.append(request)
             return True
@@ -79,16 +79,19 @@ class CurveRequests:
 
     def commands_wait(self):
         """True while a command waits, or is looked at."""
-        return bool(self._commands) or (self._current is not None and self._current[0] != PARAM_SET)
+        return bool(self._commands) or self._looks_at_command()
 
     def take_commands(self):
         """Take all commands out; return them."""
         commands = self._commands
         self._commands = []
-        if self._current is not None and self._current[0] != PARAM_SET:
+        if self._looks_at_command():
             commands.insert(0, self._current)
             self.end()
         return commands
+
+    def _looks_at_command(self):
+        return self._current is not None and self._current[0] != PARAM_SET
 
     def _next_set(self):
         sets = self._sets

@@ -45,7 +45,7 @@ class Requests:
 
     A request for which the target curve must be checked is put aside for as many ticks as that takes, and those behind
     it go on. Commands put aside are rejected when another that moves the kite comes after them; those that wait, when
-    a disarm or PARK does.
+    a disarm or PARK does. A late copy of a command does nothing of this.
     """
 
     def __init__(self, parameters, modes, kite, turn_k, keeper, link, telemetry):
@@ -85,7 +85,8 @@ class Requests:
             if self._is_for_the_ground(request) and inbox.orders.put(request, before + moved):
                 moved += 1
                 continue
-            self._overtake(inbox.orders.requests, before + moved, request)
+            if self._moves(request) and not self._is_late(request):
+                self._overtake(inbox.orders.requests, before + moved)
             self._handle(inbox, request)
         orders = min(_ORDERS_PER_TICK, len(inbox.orders.requests))
         for _ in range(orders):
@@ -102,10 +103,11 @@ class Requests:
     def _handle(self, inbox, request):
         message, values, system, component, _ = request
         moves = self._moves(request)
-        if moves and self._is_late(request):
-            self._say(MAV_SEVERITY_WARNING, "overtaken by a later command")
-            self._on_overtaken(values, system, component)
-            return
+        if moves:
+            if self._is_late(request):
+                self._answer_late(request)
+                return
+            self._modes.hear_operator()
         needs_curve = self._needs_curve(request)
         if moves and not needs_curve and self._curve.commands_wait():
             if self._modes.armed() or disarms(values):
@@ -116,7 +118,8 @@ class Requests:
             if not self._curve.put(request):
                 inbox.refused += 1
                 if message != PARAM_SET:
-                    self._commands.acknowledge(values[7], MAV_RESULT_TEMPORARILY_REJECTED, system, component)
+                    self._note(request, True)
+                    self._on_overtaken(values, system, component)
             return
         if message in _COMMANDS:
             if self._for_us(values[8], values[9]):
@@ -132,20 +135,33 @@ class Requests:
         return message in _COMMANDS and values[7] in _MOVING and self._for_us(values[8], values[9])
 
     def _is_late(self, request):
-        """True for a late copy of a command that moves the kite; what only asks for what is so is none."""
+        """True for a late copy of a command that moves the kite."""
         _, values, _, _, sequence = request
-        if self._commands.is_so(values):
-            return False
         what = _what(values)
         is_safe_one = is_safe(values) or what == (MAV_CMD_DO_SET_MODE, KITE_MODE_MANUAL)
         return self._order.is_late(sender_of(request), sequence, what, is_safe_one, self._uptime_us)
 
+    def _answer_late(self, request):
+        """A late copy changes nothing: it is accepted where what it asks for is so, and rejected otherwise."""
+        _, values, system, component, sequence = request
+        if self._commands.is_so(values):
+            self._commands.acknowledge(values[7], MAV_RESULT_ACCEPTED, system, component)
+            return
+        if not self._order.was_refused(sender_of(request), sequence, _what(values)):
+            self._say(MAV_SEVERITY_WARNING, "overtaken by a later command")
+        self._on_overtaken(values, system, component)
+
+    def _note(self, request, refused):
+        """Remember a command that moves the kite: a copy of it may come later."""
+        _, values, _, _, sequence = request
+        self._order.note(sender_of(request), sequence, _what(values), refused, self._uptime_us)
+
     def _run(self, request, problem):
         """Do what a command asks for; `problem` is what speaks against flying the curve, or None."""
-        _, values, system, component, sequence = request
+        _, values, system, component, _ = request
         result = self._commands.run(values, problem, system, component, self._now, self._uptime_us)
-        if result == MAV_RESULT_ACCEPTED and self._moves(request):
-            self._order.note(sender_of(request), sequence, _what(values), self._uptime_us)
+        if self._moves(request):
+            self._note(request, result != MAV_RESULT_ACCEPTED)
 
     def _needs_curve(self, request):
         message, values, _, _, _ = request
@@ -161,6 +177,10 @@ class Requests:
         if request is None:
             return
         message, values, system, component, _ = request
+        if message != PARAM_SET and self._is_late(request):  # a copy of one that waited before it
+            self._curve.end()
+            self._answer_late(request)
+            return
         if self._needs_curve(request):  # it may not any more: another mode, an earlier copy
             index = self._parameters.changes_curve(values[3], values[0]) if message == PARAM_SET else UNKNOWN
             if not self._curve.advance(index, values[0]):
@@ -178,21 +198,20 @@ class Requests:
         """True for a PARK while the kite is not armed: not urgent, its turn comes behind an ARM before it."""
         return not self._modes.armed() and self._moves(request) and not disarms(request[1])
 
-    def _overtake(self, orders, before, request):
+    def _overtake(self, orders, before):
         """Reject the commands that came before a disarm or PARK and would undo it."""
-        if not self._moves(request):
-            return
         self._overtake_waiting()
         for index in range(before):
             _, values, system, component, sequence = orders[index]
-            if self._moves(orders[index]) and not is_safe(values):
+            if self._moves(orders[index]) and not is_safe(values) and not self._is_late(orders[index]):
+                self._note(orders[index], False)
                 orders[index] = (_OVERTAKEN, values, system, component, sequence)
 
     def _overtake_waiting(self):
         """Reject the commands that wait for the curve's check."""
         for request in self._curve.take_commands():
-            _, values, system, component, sequence = request
-            self._order.note(sender_of(request), sequence, _what(values), self._uptime_us)
+            _, values, system, component, _ = request
+            self._note(request, False)
             self._on_overtaken(values, system, component)
 
     def _for_us(self, system, component):

@@ -1,7 +1,7 @@
 """docs/modes.md, "Modes" and "Parameters", as an oracle: what is obeyed, late, taken and refused.
 
-The last command that was asked for is the mode. TRACK and ARM wait for the check of the eight for some ticks, so what
-became of them is read from their acknowledgement, and judged.
+The last command that was asked for is the mode. TRACK and ARM wait for the check of the eight for some ticks: when they
+are answered is read from the acknowledgements, and the answer is judged.
 """
 
 from collections import deque
@@ -20,9 +20,11 @@ if TYPE_CHECKING:
 
 ACCEPTED, REJECTED = dialect.MAV_RESULT_ACCEPTED, dialect.MAV_RESULT_TEMPORARILY_REJECTED
 LATE_US = 3 * SECOND
-REMEMBERED = 8  # commands, of all stations
+LATE_TEXT = "overtaken by a later command"
+REMEMBERED = 8  # answers, to all stations
 BEHIND = 32  # numbers; a station that is further behind has begun anew
-PATIENCE_TICKS = 100  # in which a command that waits for the check of the eight is answered
+ROOM = 8  # commands that may wait for the check of the eight
+PATIENCE_TICKS = 100  # in which they are answered
 CURVE = ("EIGHT_AZIMUTH", "EIGHT_ELEVATION", "EIGHT_HALF_H", "EIGHT_HALF_W", "EIGHT_LEAST_EL", "LINE_LENGTH",
          "STEER_MAX", "TURN_K", "WINDOW_ANGLE")
 ARMING, DISARMING = "ARM", "DISARM"
@@ -49,10 +51,11 @@ class Frame(NamedTuple):
 
 
 class Done(NamedTuple):
-    """A mode command that was obeyed, or overtaken while it waited."""
+    """An arm, disarm or mode command that was answered; obeyed or overtaken, unless it was `refused`."""
 
     frame: Frame
     at_us: int
+    refused: bool
 
 
 def behind(frame: Frame, done: Done) -> int:
@@ -61,13 +64,11 @@ def behind(frame: Frame, done: Done) -> int:
 
 
 class Waiting:
-    """A TRACK or ARM that is not answered yet, or a mode command that waits behind an ARM."""
+    """A command that waits for the check of the eight, or behind one that does."""
 
-    def __init__(self, frame: Frame, order: int, doubtful: bool = False, overtaken: bool = False):
+    def __init__(self, frame: Frame):
         self.frame = frame
-        self.order = order
-        self.doubtful = doubtful  # it may be rejected
-        self.overtaken = overtaken  # it must be rejected
+        self.restless = False  # the eight was changed meanwhile: it may be refused
         self.ticks = 0
 
 
@@ -76,11 +77,11 @@ class Commands:
 
     def __init__(self, flight: "Documented"):
         self._flight = flight
-        self._done: deque[Done] = deque(maxlen=64)
+        self._done: deque[Done] = deque(maxlen=REMEMBERED)
         self._heard: deque[Frame] = deque(maxlen=16)
-        self._order = 0
-        self._waiting: list[Waiting] = []
+        self._waiting: list[Waiting] = []  # in their order
         self._expected: list[tuple[Frame, set[int]]] = []  # acknowledgements of this tick
+        self._late: list[tuple[Frame, set[int]]] = []  # those of late copies
         self._values: list[tuple[str, float]] = []  # PARAM_VALUEs of this tick
         self._errors = 0  # PARAM_ERRORs of this tick
         self._checked: dict[str, list[float]] = {}  # values that wait for the check of the eight
@@ -102,21 +103,6 @@ class Commands:
         """How many commands and sets wait for the check of the eight."""
         return len(self._waiting) + sum(map(len, self._checked.values()))
 
-    def is_clear_copy(self, frame: Frame) -> bool:
-        """Whether the page says what a copy of `frame` does that arrives now."""
-        now = self._flight.now
-        mine = [entry for entry in self._done if entry.frame.station == frame.station]
-        if any(abs(now - entry.at_us - LATE_US) < SECOND // 10 for entry in mine):
-            return False
-        if sum(now - entry.at_us < LATE_US for entry in self._done) > REMEMBERED:
-            return False
-        recent = self._recent(frame.station)
-        if not recent:
-            return True
-        if frame.wish in ("TRACK", ARMING):
-            return behind(frame, recent[-1]) <= BEHIND
-        return any(entry.frame.sequence == frame.sequence for entry in recent)  # else an old PARK after newer commands
-
     def hear(self, frame: Frame) -> None:
         """A COMMAND_LONG or PARAM_SET arrived; anything else asks for nothing that the page speaks of."""
         if frame.message.get_type() == "PARAM_SET":
@@ -124,94 +110,121 @@ class Commands:
             self._set(frame)
         elif frame.wish is not None:
             self._ticks[-1] += 1
+            self._heard.append(frame)
             self._command(frame, frame.wish)
 
     # A late copy is not a new command
 
     def _command(self, frame: Frame, wish: str) -> None:
-        flight = self._flight
-        copied = frame in self._heard
-        self._heard.append(frame)
-        if self._is_late(frame, wish) or (copied and self._is_so(wish)):
-            for other in self._waiting:
-                other.doubtful = True
-            if self._is_so(wish):
-                self._expect(frame, {ACCEPTED, REJECTED})
-            elif wish in ("TRACK", ARMING):
-                self._waiting.append(Waiting(frame, self._order, overtaken=True))
-            else:
-                self._expect(frame, {REJECTED})
+        if self._is_late(frame, wish):
+            self._late.append((frame, {self._late_result(wish)}))
             return
-        flight.hear_operator()
-        self._order += 1
-        in_order = not flight.armed and any(other.frame.wish == ARMING for other in self._waiting)
-        for other in self._waiting:
-            ends = wish in (DISARMING, "STANDBY")
-            other.overtaken |= ends or (not in_order and other.frame.wish == "TRACK" != wish)
-            other.doubtful = True
-        for other, results in self._expected:
-            if other.wish in ("MANUAL", "TRACK", ARMING):
-                results.add(REJECTED)  # overtaken in its own tick
+        self._flight.hear_operator()
+        self._overtake(wish)
         self._obey(frame, wish)
 
     def _is_late(self, frame: Frame, wish: str) -> bool:
-        recent = self._recent(frame.station)
-        if not recent or self._is_so(wish):
-            return False
-        if wish in ("TRACK", ARMING):
-            return behind(frame, recent[-1]) <= BEHIND
-        return any(entry.frame.sequence == frame.sequence and entry.frame.wish == wish for entry in recent)
-
-    def _recent(self, station: tuple[int, int]) -> list[Done]:
-        """What a station's commands did within 3 s."""
+        """This very frame was answered, or it is a TRACK or ARM from before one that was not refused."""
         now = self._flight.now
-        return [entry for entry in self._done if entry.frame.station == station and now - entry.at_us < LATE_US]
+        recent = [done for done in self._done if done.frame.station == frame.station and now - done.at_us < LATE_US]
+        return any(
+            (done.frame.sequence == frame.sequence and done.frame.wish == wish)
+            or (wish in ("TRACK", ARMING) and not done.refused and behind(frame, done) <= BEHIND) for done in recent)
 
-    def _note(self, frame: Frame) -> None:
-        self._done.append(Done(frame, self._flight.now))
+    def _late_result(self, wish: str) -> int:
+        return ACCEPTED if self._is_so(wish) else REJECTED
+
+    def _tell_late(self, frame: Frame) -> None:
+        """The operator is told, unless the reason of a refusal was told when the frame came first."""
+        if not any(done.refused and done.frame == frame for done in self._done):
+            self._flight.owe(LATE_TEXT)
 
     def _is_so(self, wish: str) -> bool:
         flight = self._flight
         return flight.armed if wish == ARMING else not flight.armed if wish == DISARMING else WORDS[flight.mode] == wish
 
+    def _note(self, frame: Frame, refused: bool = False) -> None:
+        self._done.append(Done(frame, self._flight.now, refused))
+
     # The last command is the mode
 
-    def _obey(self, frame: Frame, wish: str) -> None:
+    def _overtake(self, wish: str) -> None:
         flight = self._flight
-        if wish in (DISARMING, "STANDBY"):
-            flight.enter(STANDBY)
-            self._accept(frame)
-        elif wish in ("PARK", "MANUAL") and flight.armed:
-            flight.enter(MODES[wish])
-            self._accept(frame)
-        elif self._is_so(wish) and not (wish == "TRACK" and flight.stale):
-            self._accept(frame)
+        ends = wish in (DISARMING, "STANDBY")
+        if ends or (flight.armed and not self._must_wait(wish)):
+            for waiting in self._waiting:
+                self._answer(waiting.frame, REJECTED, refused=False)
+            self._waiting = []
+        if ends or (flight.armed and wish == "PARK"):
+            for index, (other, _) in enumerate(self._expected):
+                if other.wish in ("MANUAL", "TRACK", ARMING):  # of the same tick
+                    self._expected[index] = (other, {REJECTED})
+                    self._done = deque((done._replace(refused=False) if done.frame is other else done
+                                        for done in self._done), maxlen=REMEMBERED)
+
+    def _must_wait(self, wish: str) -> bool:
+        flight = self._flight
+        if flight.armed:
+            return wish == "TRACK" and flight.mode != TRACK
+        return wish in ("TRACK", ARMING) or (bool(self._waiting) and wish in ("PARK", "MANUAL"))
+
+    def _obey(self, frame: Frame, wish: str) -> None:
+        if self._must_wait(wish):
+            if len(self._waiting) < ROOM:
+                self._waiting.append(Waiting(frame))
+            else:
+                self._answer(frame, REJECTED)
+        elif self._reason_against(wish):
+            self._answer(frame, REJECTED)
         else:
-            self._waiting.append(Waiting(frame, self._order, doubtful=wish != ARMING and not flight.armed))
+            self._answer(frame, ACCEPTED)
+            self._do(wish)
 
-    def _accept(self, frame: Frame) -> None:
-        self._note(frame)
-        self._expect(frame, {ACCEPTED})
+    def _do(self, wish: str) -> None:
+        flight = self._flight
+        if wish == ARMING:
+            if not flight.armed:
+                flight.stale = False
+                flight.enter(PARK)
+        else:
+            flight.enter(STANDBY if wish == DISARMING else MODES[wish])
 
-    def _expect(self, frame: Frame, results: set[int]) -> None:
-        self._expected.append((frame, results))
+    def _reason_against(self, wish: str) -> str:
+        """What the page says against a command, the check of the eight apart; none if it must be obeyed."""
+        flight = self._flight
+        if wish == ARMING and not flight.armed and flight.samples.is_old(flight.now):
+            return "without fresh samples"
+        if wish in ("PARK", "MANUAL", "TRACK") and not flight.armed:
+            return "before ARM"
+        return "while samples are stale" if wish == "TRACK" and flight.stale else ""
+
+    def _answer(self, frame: Frame, result: int, refused: bool | None = None) -> None:
+        self._note(frame, result != ACCEPTED if refused is None else refused)
+        self._expected.append((frame, {result}))
 
     def settle(self, seen: "Seen") -> None:
         """Hold the answers of a tick against what was asked."""
         answers = [((ack.target_system, ack.target_component), ack.command, ack.result)
-                   for ack in seen.of_kind("COMMAND_ACK")]
-        for frame, results in sorted(self._expected, key=lambda entry: len(entry[1])):
+                   for ack in seen.of_kind("COMMAND_ACK") if ack.command in (ARM, DO_SET_MODE)]
+        for frame, results in self._late:
+            if self._ticks[-1] > 1:
+                results |= {ACCEPTED, REJECTED}  # what it asks for may have been so for a part of the tick
+            if results == {REJECTED}:
+                self._tell_late(frame)
+        expected = self._expected + self._late
+        turn = answers.pop() if len(answers) > len(expected) else None  # what waits is answered last
+        for frame, results in expected:
             fitting = [answer for answer in answers
                        if answer[:2] == (frame.station, frame.message.command) and answer[2] in results]
             if not fitting:
-                raise DivergenceError(
-                    f"{frame.wish} is " + ("not acknowledged at once" if len(results) > 1 else "refused"
-                                           if ACCEPTED in results else "not rejected"), f"{answers}; {self.story()}")
-            others_lose = any(waiting.overtaken for waiting in self._waiting_of(*fitting[0][:2]))
-            answers.remove(sorted(fitting, key=lambda answer: (answer[2] == ACCEPTED) != others_lose)[0])
-        for station, command, result in answers:
-            self._settle_waiting(station, command, result)
-        self._expected = []
+                raise DivergenceError(f"{frame.wish} is " + ("refused" if ACCEPTED in results else "not rejected"),
+                                      f"{answers}; {self.story()}")
+            answers.remove(fitting[0])
+        self._expected, self._late = [], []
+        if answers:
+            raise DivergenceError("an acknowledgement too many", f"{answers}; {self.story()}")
+        if turn:
+            self._settle_waiting(*turn)
         for waiting in self._waiting:
             waiting.ticks += 1
             if waiting.ticks > PATIENCE_TICKS:
@@ -219,49 +232,30 @@ class Commands:
         self._settle_sets(seen)
         self._ticks.append(0)
 
-    def _waiting_of(self, station: tuple[int, int], command: int) -> list[Waiting]:
-        return [waiting for waiting in self._waiting
-                if waiting.frame.station == station and waiting.frame.message.command == command]
-
     def _settle_waiting(self, station: tuple[int, int], command: int, result: int) -> None:
-        mine = self._waiting_of(station, command)
-        if not mine:
-            if command in (ARM, DO_SET_MODE):
-                raise DivergenceError("an acknowledgement too many", f"{station} {command} {result}; {self.story()}")
+        """The one that has waited longest is answered."""
+        first = self._waiting.pop(0) if self._waiting else None
+        if first is None or (first.frame.station, first.frame.message.command) != (station, command):
+            raise DivergenceError("an acknowledgement too many", f"{station} {command} {result}; {self.story()}")
+        frame, wish = first.frame, first.frame.wish or ""
+        if self._is_late(frame, wish):
+            if result != self._late_result(wish):
+                raise DivergenceError(f"a late copy of {wish} that waited is answered {result}", self.story())
+            if result == REJECTED:
+                self._tell_late(frame)
             return
-        if result == ACCEPTED:
-            chosen = min(mine, key=lambda waiting: (waiting.overtaken, waiting.order))  # they follow in their order
-            self._accepted(chosen)
-        else:
-            chosen = max(mine, key=lambda waiting: (waiting.overtaken, waiting.doubtful, -waiting.order))
-            self._rejected(chosen)
-        self._waiting.remove(chosen)
-
-    def _accepted(self, waiting: Waiting) -> None:
-        flight, wish = self._flight, waiting.frame.wish or ""
-        if waiting.overtaken:
-            raise DivergenceError(f"{wish} is accepted though it was overtaken", self.story())
-        self._note(waiting.frame)
-        if self._is_so(wish):
+        self._note(frame, refused=result != ACCEPTED)
+        against = self._reason_against(wish)
+        checked = wish in ("TRACK", ARMING) and not self._is_so(wish)
+        if result != ACCEPTED:
+            if not (against or (checked and (first.restless or self._flyable() is not True))):
+                raise DivergenceError(f"{wish} is refused without a reason", self.story())
             return
-        if wish == ARMING:
-            if flight.samples.is_old(flight.now):
-                raise DivergenceError("armed without fresh samples")
-            flight.stale = False
-        elif not flight.armed:
-            raise DivergenceError(f"{wish} is accepted before ARM", self.story())
-        if wish == "TRACK" and flight.stale:
-            raise DivergenceError("TRACK is accepted while samples are stale", self.story())
-        if wish in ("TRACK", ARMING) and self._flyable() is False:
+        if against:
+            raise DivergenceError(f"{wish} is accepted {against}", self.story())
+        if checked and self._flyable() is False:
             raise DivergenceError(f"{wish} is accepted with an eight that cannot be flown")
-        flight.enter(PARK if wish == ARMING else MODES[wish])
-
-    def _rejected(self, waiting: Waiting) -> None:
-        flight = self._flight
-        if not (waiting.overtaken or waiting.doubtful or flight.stale or self._flyable() is not True):
-            raise DivergenceError(f"{waiting.frame.wish} is refused without a reason", self.story())
-        if waiting.overtaken:
-            self._note(waiting.frame)
+        self._do(wish)
 
     def _flyable(self) -> bool | None:
         return can_be_flown(self._flight.parameters)
@@ -283,7 +277,7 @@ class Commands:
             self._values.append((entry.name, value))
         if entry is not None and entry.name in CURVE:
             for waiting in self._waiting:
-                waiting.doubtful = True  # the eight is being changed
+                waiting.restless = True
 
     def _settle_sets(self, seen: "Seen") -> None:
         flight = self._flight

@@ -17,7 +17,8 @@ from sim_bridge.equipment.sensors import Sample
 
 TEXT_TICKS = 12  # texts go out one a tick
 HEARTBEAT_US = 3 * SECOND  # once a second; a clock that has jumped, which counts as a second, may cost two more
-NEUTRAL_TICKS = 25  # a control law that wants nothing at all for so long does not steer
+NEUTRAL_TICKS = 25  # a control law that wants nothing at all for so long does not steer,
+UPWARDS = 0.01  # unless the kite is to park and flies straight up already [rad]
 
 
 class Seen(NamedTuple):
@@ -67,7 +68,7 @@ class Documented:
         again = Documented(dict(self.parameters))
         if self.armed:
             again.mode = PARK
-            again._owe("back after a reset: PARK")
+            again.owe("back after a reset: PARK")
         return again
 
     def is_close_call(self, clock: int, sample: Sample) -> bool:
@@ -88,7 +89,7 @@ class Documented:
         self.now += elapsed
         self._clock = clock
         limits = self._limits()
-        self._watch_samples(sample, seen)
+        self._watch_samples(sample)
         self._fail_safes()
         rows = [self._row()]
         for frame in frames:
@@ -138,7 +139,7 @@ class Documented:
 
     # When samples are fresh
 
-    def _watch_samples(self, sample: Sample | None, seen: Seen) -> None:
+    def _watch_samples(self, sample: Sample | None) -> None:
         samples = self.samples
         samples.stale_time = math.floor(self.parameters["STALE_TIME"] * SECOND)
         samples.jump_rate = math.radians(self.parameters["JUMP_RATE"])
@@ -146,9 +147,9 @@ class Documented:
         samples.take(self.now, sample)
         if old:
             if self.armed and not self.stale:
-                self._owe(STALE_TEXTS[self.mode])
+                self.owe(STALE_TEXTS[self.mode])
             self.stale = True
-        elif self.stale and (samples.must_be_fresh() or (samples.may_be_fresh(self.now) and not seen.stale)):
+        elif self.stale and samples.are_fresh_again():
             self.stale = False
             if self.armed:
                 self._go_on()
@@ -156,7 +157,7 @@ class Documented:
     def _go_on(self) -> None:
         if self.mode == TRACK and not self.parameters["RESUME_TRACK"]:
             self.mode = PARK
-        self._owe(f"samples fresh again: {MODE_NAMES[self.mode]}")
+        self.owe(f"samples fresh again: {MODE_NAMES[self.mode]}")
 
     # Fail-safes
 
@@ -176,7 +177,7 @@ class Documented:
 
     def _park(self, text: str) -> None:
         self.mode = PARK
-        self._owe(text)
+        self.owe(text)
 
     def _longer(self, since: int, name: str) -> bool:
         return self.now - since > self.parameters[name] * SECOND
@@ -198,7 +199,10 @@ class Documented:
 
     def _check_law_steers(self, row: Row) -> None:
         parameters = self.parameters
+        last = self.samples.last
         works = parameters["INNER_P"] >= 0.25 and parameters["GAIN_TAU"] == 0.0
+        if row.mode == PARK and last and abs(last.course) < UPWARDS:
+            works = False
         self._neutral_ticks = self._neutral_ticks + 1 if row.by_law and works and self.steering == 0.0 else 0
         if self._neutral_ticks > NEUTRAL_TICKS:
             raise DivergenceError("the control law does not steer", str(row))
@@ -220,7 +224,8 @@ class Documented:
             if last and state.sample_time_us != last.stamp:
                 raise DivergenceError("another sample is steered by", f"{state.sample_time_us}, not {last}")
 
-    def _owe(self, *wordings: str) -> None:
+    def owe(self, *wordings: str) -> None:
+        """A text in one of these wordings must come."""
         self._owed.append(Owed(frozenset(wordings), TEXT_TICKS))
 
     def _check_texts(self, told: list[str]) -> None:

@@ -25,6 +25,7 @@ class Place(NamedTuple):
     stamp: int
     azimuth: float
     elevation: float
+    course: float
 
 
 class DocumentedSamples:
@@ -32,7 +33,7 @@ class DocumentedSamples:
 
     def __init__(self) -> None:
         self.last: Place | None = None  # the last one accepted
-        self.before: Place | None = None  # the one before, accepted or not, unless its stamp is not news
+        self.before: Place | None = None  # the one before, accepted or not
         self.accepted_since: int | None = None  # with no gap above STALE_TIME
         self.stale_time = 0
         self.jump_rate = 0.0
@@ -48,34 +49,30 @@ class DocumentedSamples:
             self.accepted_since = None
         if sample is None or not is_well_formed(sample):
             return
-        place = Place(now, sample[0], sample[1], sample[2])
-        if not old and self.last and later(place.stamp, self.last.stamp) <= 0:
-            return  # refused, and nothing is held against it
+        place = as_place(now, sample)
         if self._starts_anew(place) if old else self._goes_on(place):
             self.last = place
             if self.accepted_since is None:
                 self.accepted_since = now
         self.before = place
 
-    def must_be_fresh(self) -> bool:
-        """Samples were accepted for half a second."""
+    def are_fresh_again(self) -> bool:
+        """A sample was accepted half a second after another one, with no gap."""
         return self.accepted_since is not None and self.last is not None and (
             self.last.arrival - self.accepted_since >= FRESH_US)
-
-    def may_be_fresh(self, now: int) -> bool:
-        """Half a second has gone since the first, though not yet between the first and the last."""
-        return self.accepted_since is not None and now - self.accepted_since >= FRESH_US
 
     def is_close_call(self, now: int, sample: Sample) -> bool:
         """A sample so near to how far a kite can fly that rounding decides: not one to judge a firmware by."""
         if not is_well_formed(sample):
             return False
-        place = Place(now, sample[0], sample[1], sample[2])
+        place = as_place(now, sample)
         return any(abs(distance(known, place) - self._reach(known, place)) < 1e-5
                    for known in (self.last, self.before) if known)
 
     def _goes_on(self, place: Place) -> bool:
         assert self.last is not None and self.before is not None
+        if later(self.before.stamp, self.last.stamp) <= 0:
+            return self._follows(self.last, place)
         return self._follows(self.last, place) and self._follows(self.before, place)
 
     def _starts_anew(self, place: Place) -> bool:
@@ -94,6 +91,11 @@ class DocumentedSamples:
 
     def _reach(self, known: Place, place: Place) -> float:
         return self.jump_rate * later(place.stamp, known.stamp) / SECOND + SLACK
+
+
+def as_place(now: int, sample: Sample) -> Place:
+    """What a sample that arrives `now` tells."""
+    return Place(now, sample[0], sample[1], sample[2], sample[4])
 
 
 def is_well_formed(sample: Sample) -> bool:

@@ -178,6 +178,14 @@ def test_a_sensor_that_starts_anew_is_believed_once_the_old_samples_are_stale():
     assert kite.sample_time == 39
 
 
+def test_stamps_that_go_back_are_not_believed_though_the_last_one_accepted_is_stale():
+    kite, now = flying()
+    for tick in range(1, 100):
+        assert not kite.take_at(sample(now - tick * 20_000), now + tick * 20_000, 0.0)
+    there = now + 100 * 20_000
+    assert kite.take_at(sample(there), there, 0.0)
+
+
 def test_silence_stays_silence_when_the_clock_wraps_round():
     """2^29 us are nine minutes: a difference of times is then negative, and must not look like a fresh sample."""
     kite, now = flying()

@@ -324,8 +324,8 @@ def test_silence_of_a_ground_station_that_was_heard_parks_the_kite(mode):
     assert silent_s + 2.0 < parked_s <= silent_s + 2.0 + 2 * PERIOD_S + 1e-9
     assert bench.texts() == ["ground station silent: PARK"]
 
-    bench.change_mode(mode)  # an operator whose heartbeats do not come through is heard all the same, once
-    commanded_s = bench.time_s
+    commanded_s = bench.time_s  # an operator whose heartbeats do not come through is heard all the same, once
+    bench.change_mode(mode)
     parked_s = bench.time_s + run_until(bench, PARK, 3.0)
     assert 2.0 - 2 * PERIOD_S <= parked_s - commanded_s <= 2.0 + 2 * PERIOD_S + 1e-9
 
