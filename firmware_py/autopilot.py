@@ -21,7 +21,7 @@ from .parameters.persistence import Keeper
 from .parameters.values import Parameters
 from .prediction.prediction import Prediction
 from .prediction.steering_history import ROOM, SteeringHistory
-from .services.dispatcher import Requests
+from .services.dispatcher import Dispatcher
 from .services.inbox import Inbox
 from .services.telemetry import Telemetry
 from .sphere import wrap
@@ -53,7 +53,7 @@ class Autopilot:
         self.telemetry = Telemetry(link, self)
         self.modes = ModeMachine(self.parameters, self.kite, self.telemetry.say)
         self.keeper = Keeper(self.parameters, self.modes, storage, retained, self.telemetry.say)
-        self.requests = Requests(
+        self.dispatcher = Dispatcher(
             self.parameters, self.modes, self.kite, self.turn_k, self.keeper, link, self.telemetry
         )
         self.target_course = 0.0
@@ -87,7 +87,7 @@ class Autopilot:
         self.link.send(
             HIL_ACTUATOR_CONTROLS, (self._uptime_us, self._flags, self.steering.asked) + _NO_CONTROLS + (0,)
         )
-        self.requests.serve(self.inbox, now, self._uptime_us)
+        self.dispatcher.serve(self.inbox, now, self._uptime_us)
         self.keeper.update(elapsed_us)  # before the link is flushed: what is acknowledged is kept
         self.telemetry.send_due(now, self._uptime_us)
         self.link.flush()

@@ -15,14 +15,16 @@ from ..generated_enums import (
     MAV_SEVERITY_WARNING,
 )
 from ..mavlink.generated_messages import COMMAND_ACK
-from .acknowledgements import Acknowledgements
-from .inbox import ORDERED
+from .inbox import Queue
 from .message_requests import MessageRequests
+from .request import Request
 from .storage_requests import StorageCommands
+
+_ROOM = 16  # acknowledgements that wait
 
 
 class CommandRequests:
-    """Takes the values of COMMAND_LONG or COMMAND_INT, which lie alike up to the targets."""
+    """What each Command does, and its acknowledgement."""
 
     def __init__(self, parameters, modes, keeper, link, telemetry, announce):
         self._modes = modes
@@ -32,47 +34,48 @@ class CommandRequests:
         self._messages = MessageRequests(link, telemetry)
         self._acknowledgements = Acknowledgements(link)
 
-    def needs_curve(self, values):
+    def needs_curve(self, command):
         """True for a command that may have the curve flown: arming, and TRACK from another mode."""
-        if values[7] == MAV_CMD_COMPONENT_ARM_DISARM:
-            return values[0] == 1.0 and not self._modes.armed()
-        return values[7] == MAV_CMD_DO_SET_MODE and values[1] == KITE_MODE_TRACK != self._modes.mode
+        if command.command == MAV_CMD_COMPONENT_ARM_DISARM:
+            return command.param1 == 1.0 and not self._modes.armed()
+        return command.command == MAV_CMD_DO_SET_MODE and command.param2 == KITE_MODE_TRACK != self._modes.mode
 
-    def is_so(self, values):
+    def is_so(self, command):
         """True for a command that arms, disarms or changes the mode, where what it asks for is so already."""
-        if values[7] == MAV_CMD_COMPONENT_ARM_DISARM:
-            return self._modes.armed() == (values[0] == 1.0)
-        return values[1] == self._modes.mode
+        if command.command == MAV_CMD_COMPONENT_ARM_DISARM:
+            return self._modes.armed() == (command.param1 == 1.0)
+        return command.param2 == self._modes.mode
 
-    def run(self, values, problem, system, component, now, uptime_us):
+    def run(self, command, problem, now, uptime_us):
         """Do it, acknowledge it, return the MAV_RESULT; `problem` speaks against flying the curve, or is None."""
-        command = values[7]
+        asked = command.command
         accepted = MAV_RESULT_ACCEPTED
-        if command == MAV_CMD_COMPONENT_ARM_DISARM:
-            result = self._arm_or_disarm(values[0], problem)
-        elif command == MAV_CMD_DO_SET_MODE:
-            result = self._set_mode(values[1], problem)
-        elif command == MAV_CMD_PREFLIGHT_STORAGE:
-            result = self._storage.run(values[0])
-        elif command == MAV_CMD_REQUEST_MESSAGE:
-            result = self._messages.result(values[0], values[1], now)
-        elif command == MAV_CMD_SET_MESSAGE_INTERVAL:
-            result = self._messages.set_interval(values[0], values[1])
+        if asked == MAV_CMD_COMPONENT_ARM_DISARM:
+            result = self._arm_or_disarm(command.param1, problem)
+        elif asked == MAV_CMD_DO_SET_MODE:
+            result = self._set_mode(command.param2, problem)
+        elif asked == MAV_CMD_PREFLIGHT_STORAGE:
+            result = self._storage.run(command.param1)
+        elif asked == MAV_CMD_REQUEST_MESSAGE:
+            result = self._messages.result(command.param1, command.param2, now)
+        elif asked == MAV_CMD_SET_MESSAGE_INTERVAL:
+            result = self._messages.set_interval(command.param1, command.param2)
         else:
-            result = accepted if command == MAV_CMD_GET_MESSAGE_INTERVAL else MAV_RESULT_UNSUPPORTED
-        self.acknowledge(command, result, system, component)
-        if command == MAV_CMD_REQUEST_MESSAGE and result == accepted:
-            self._messages.send(values[0], values[1], now, uptime_us)
-        elif command == MAV_CMD_GET_MESSAGE_INTERVAL:
-            self._messages.send_interval(values[0])
+            result = accepted if asked == MAV_CMD_GET_MESSAGE_INTERVAL else MAV_RESULT_UNSUPPORTED
+        self.acknowledge(command, result)
+        if asked == MAV_CMD_REQUEST_MESSAGE and result == accepted:
+            self._messages.send(command.param1, command.param2, now, uptime_us)
+        elif asked == MAV_CMD_GET_MESSAGE_INTERVAL:
+            self._messages.send_interval(command.param1)
         return result
 
-    def acknowledge(self, command, result, system, component):
+    def acknowledge(self, command, result):
         """Send COMMAND_ACK, when there is room for it; to what only asks, as a part of the answer."""
-        if command in ORDERED:
-            self._acknowledgements.put(command, result, system, component)
+        values = (command.command, result, 0, 0, command.system, command.component)
+        if command.changes():
+            self._acknowledgements.put(Request(COMMAND_ACK, values, command.system, command.component))
         else:
-            self._link.answer(COMMAND_ACK, (command, result, 0, 0, system, component))
+            self._link.answer(COMMAND_ACK, values)
 
     def send_some(self):
         """Go on with what waits for room on the link."""
@@ -99,3 +102,28 @@ class CommandRequests:
             return MAV_RESULT_ACCEPTED
         self._say(MAV_SEVERITY_WARNING, reason)
         return MAV_RESULT_TEMPORARILY_REJECTED
+
+
+class Acknowledgements:
+    """On their way out, as many as the link's budget has room for, the rest in their turn.
+
+    Bounded, and fair between senders; what finds no room is counted in `dropped`: its station asks again.
+    """
+
+    def __init__(self, link):
+        self._link = link
+        self._queue = Queue(_ROOM)
+        self.dropped = 0
+
+    def put(self, acknowledgement):
+        """Take one in, a Request to send."""
+        if not self._queue.put(acknowledgement):
+            self.dropped += 1
+        self.send_some()
+
+    def send_some(self):
+        """Send what waits, while there is room."""
+        budget = self._link.budget
+        while self._queue.requests and budget.has_acknowledgement_room():
+            acknowledgement = self._queue.take_fairly()
+            budget.spend_on_acknowledgement(self._link.send(COMMAND_ACK, acknowledgement.values))

@@ -5,7 +5,7 @@ from ..generated_enums import KITE_VALID_DISTANCE
 from ..mavlink.generated_messages import PARAM_SET
 from ..parameters.generated_parameters import LINE_LENGTH, TURN_K
 from ..parameters.values import UNKNOWN
-from .inbox import first_of_another, sender_of
+from .inbox import first_of_another
 
 _COMMANDS = 8  # some stations send each over two or three links
 _SETS = 2 * len(CURVE_PARAMETERS)
@@ -34,15 +34,14 @@ class CurveRequests:
 
     def put(self, request):
         """Take a request in; False if there is no room."""
-        if request[0] != PARAM_SET:
+        if request.message != PARAM_SET:
             if len(self._commands) + self._looks_at_command() >= _COMMANDS:
                 return False
             self._commands.append(request)
             return True
-        name = request[1][3]
         for index in range(len(self._sets)):
             other = self._sets[index]
-            if other[1][3] == name and sender_of(other) == sender_of(request):
+            if other.name == request.name and other.sender == request.sender:
                 self._sets[index] = request
                 return True
         if len(self._sets) >= _SETS:
@@ -81,6 +80,11 @@ class CurveRequests:
         """True while a command waits, or is looked at."""
         return bool(self._commands) or self._looks_at_command()
 
+    def holds(self, command):
+        """True for a copy of a command that waits, or is looked at."""
+        waiting = self._commands + ([self._current] if self._looks_at_command() else [])
+        return any(other.is_copy_of(command) for other in waiting)
+
     def take_commands(self):
         """Take all commands out; return them."""
         commands = self._commands
@@ -91,14 +95,14 @@ class CurveRequests:
         return commands
 
     def _looks_at_command(self):
-        return self._current is not None and self._current[0] != PARAM_SET
+        return self._current is not None and self._current.message != PARAM_SET
 
     def _next_set(self):
         sets = self._sets
         if not sets:
             return None
         request = sets.pop(first_of_another(sets, self._last))
-        self._last = sender_of(request)
+        self._last = request.sender
         return request
 
     def _begin(self, index, value):

@@ -1,17 +1,12 @@
 """Answers what ground stations ask: parameters, commands, time, files."""
 
 from ..generated_enums import (
-    KITE_MODE_MANUAL,
-    MAV_CMD_COMPONENT_ARM_DISARM,
-    MAV_CMD_DO_SET_MODE,
     MAV_RESULT_ACCEPTED,
     MAV_RESULT_TEMPORARILY_REJECTED,
     MAV_SEVERITY_WARNING,
     MAV_TYPE_GCS,
 )
 from ..mavlink.generated_messages import (
-    COMMAND_INT,
-    COMMAND_LONG,
     HEARTBEAT,
     MANUAL_CONTROL,
     MISSION_COUNT,
@@ -29,18 +24,14 @@ from .command_order import CommandOrder
 from .command_requests import CommandRequests
 from .curve_requests import CurveRequests
 from .file_server import FileServer
-from .inbox import disarms, is_safe, sender_of
 from .parameter_requests import ParameterRequests
 
 _ORDERS_PER_TICK = 6
 _PER_TICK = 8  # orders and questions
 _COMPONENT = 1
-_COMMANDS = (COMMAND_LONG, COMMAND_INT)
-_MOVING = (MAV_CMD_COMPONENT_ARM_DISARM, MAV_CMD_DO_SET_MODE)
-_OVERTAKEN = -1  # in the place of a command's message: one that came after it was obeyed before it
 
 
-class Requests:
+class Dispatcher:
     """Handlers by message.
 
     A request for which the target curve must be checked is put aside for as many ticks as that takes, and those behind
@@ -68,7 +59,6 @@ class Requests:
             PARAM_REQUEST_LIST: self._on_param_request_list,
             PARAM_REQUEST_READ: self._on_param_request_read,
             PARAM_SET: self._on_param_set,
-            _OVERTAKEN: self._on_overtaken,
             MANUAL_CONTROL: self._on_manual_control,
             MISSION_REQUEST_LIST: self._on_mission_request_list,
             RADIO_STATUS: self._on_radio_status,
@@ -81,13 +71,14 @@ class Requests:
         self._now = now
         self._uptime_us = uptime_us
         moved = 0
-        for request, before in inbox.take_urgent():
-            if self._is_for_the_ground(request) and inbox.orders.put(request, before + moved):
+        for urgent in inbox.take_urgent():
+            command = urgent.command
+            if self._is_for_the_ground(command) and inbox.orders.put(command, urgent.before + moved):
                 moved += 1
                 continue
-            if self._moves(request) and not self._is_late(request):
-                self._overtake(inbox.orders.requests, before + moved)
-            self._handle(inbox, request)
+            if self._moves(command) and not self._is_late(command):
+                self._overtake(inbox.orders.requests, urgent.before + moved)
+            self._handle(inbox, command)
         orders = min(_ORDERS_PER_TICK, len(inbox.orders.requests))
         for _ in range(orders):
             self._handle(inbox, inbox.orders.take())
@@ -101,165 +92,170 @@ class Requests:
         self._files.serve(inbox.files, self._for_us)
 
     def _handle(self, inbox, request):
-        message, values, system, component, _ = request
-        moves = self._moves(request)
+        if request.command is None:
+            self._handle_message(inbox, request)
+        elif self._is_for_us(request):
+            self._handle_command(inbox, request)
+
+    def _handle_message(self, inbox, request):
+        if self._needs_curve(request):
+            if not self._curve.put(request):
+                inbox.refused += 1
+            return
+        handler = self._handlers.get(request.message)
+        if handler is not None:
+            handler(request)
+
+    def _handle_command(self, inbox, command):
+        if command.overtaken:
+            self._reject(command)
+            return
+        moves = command.moves()
         if moves:
-            if self._is_late(request):
-                self._answer_late(request)
+            if self._is_late(command):
+                self._answer_late(command)
                 return
             self._modes.hear_operator()
-        needs_curve = self._needs_curve(request)
+        needs_curve = self._commands.needs_curve(command)
         if moves and not needs_curve and self._curve.commands_wait():
-            if self._modes.armed() or disarms(values):
+            if self._modes.armed() or command.disarms():
                 self._overtake_waiting()
             else:
                 needs_curve = True  # it may be for the arming before it, which waits
-        if needs_curve:
-            if not self._curve.put(request):
-                inbox.refused += 1
-                if message != PARAM_SET:
-                    self._note(request, True)
-                    self._on_overtaken(values, system, component)
-            return
-        if message in _COMMANDS:
-            if self._for_us(values[8], values[9]):
-                self._run(request, None)
-            return
-        handler = self._handlers.get(message)
-        if handler is not None:
-            handler(values, system, component)
+        if not needs_curve:
+            self._run(command, None)
+        elif not self._curve.put(command):
+            inbox.refused += 1
+            if not self._curve.holds(command):  # a copy says nothing of the one that waits
+                self._note(command, True)
+            self._reject(command)
 
     def _moves(self, request):
         """True for a command to this kite that arms, disarms or changes the mode."""
-        message, values, _, _, _ = request
-        return message in _COMMANDS and values[7] in _MOVING and self._for_us(values[8], values[9])
+        return request.command is not None and request.moves() and self._is_for_us(request)
 
-    def _is_late(self, request):
+    def _is_late(self, command):
         """True for a late copy of a command that moves the kite."""
-        _, values, _, _, sequence = request
-        what = _what(values)
-        is_safe_one = is_safe(values) or what == (MAV_CMD_DO_SET_MODE, KITE_MODE_MANUAL)
-        return self._order.is_late(sender_of(request), sequence, what, is_safe_one, self._uptime_us)
+        return self._order.is_late(
+            command.sender, command.sequence, command.wish(), command.is_safe(), self._uptime_us)
 
-    def _answer_late(self, request):
+    def _answer_late(self, command):
         """A late copy changes nothing: it is accepted where what it asks for is so, and rejected otherwise."""
-        _, values, system, component, sequence = request
-        if self._commands.is_so(values):
-            self._commands.acknowledge(values[7], MAV_RESULT_ACCEPTED, system, component)
+        if self._commands.is_so(command):
+            self._commands.acknowledge(command, MAV_RESULT_ACCEPTED)
             return
-        if not self._order.was_refused(sender_of(request), sequence, _what(values)):
+        if not self._order.was_refused(command.sender, command.sequence, command.wish()):
             self._say(MAV_SEVERITY_WARNING, "overtaken by a later command")
-        self._on_overtaken(values, system, component)
+        self._reject(command)
 
-    def _note(self, request, refused):
+    def _note(self, command, refused):
         """Remember a command that moves the kite: a copy of it may come later."""
-        _, values, _, _, sequence = request
-        self._order.note(sender_of(request), sequence, _what(values), refused, self._uptime_us)
+        self._order.note(command.sender, command.sequence, command.wish(), refused, self._uptime_us)
 
-    def _run(self, request, problem):
+    def _run(self, command, problem):
         """Do what a command asks for; `problem` is what speaks against flying the curve, or None."""
-        _, values, system, component, _ = request
-        result = self._commands.run(values, problem, system, component, self._now, self._uptime_us)
-        if self._moves(request):
-            self._note(request, result != MAV_RESULT_ACCEPTED)
+        result = self._commands.run(command, problem, self._now, self._uptime_us)
+        if command.moves():
+            self._note(command, result != MAV_RESULT_ACCEPTED)
+
+    def _reject(self, command):
+        self._commands.acknowledge(command, MAV_RESULT_TEMPORARILY_REJECTED)
 
     def _needs_curve(self, request):
-        message, values, _, _, _ = request
-        if message == PARAM_SET:
-            return self._for_us(values[1], values[2]) and self._parameters.changes_curve(values[3], values[0]) >= 0
-        if message in _COMMANDS:
-            return self._for_us(values[8], values[9]) and self._commands.needs_curve(values)
-        return False
+        """True for what may be done only when the eight is known to be one that can be flown."""
+        if request.command is not None:
+            return self._commands.needs_curve(request)
+        if request.message != PARAM_SET or not self._is_for_us(request):
+            return False
+        return self._parameters.changes_curve(request.name, request.value) != UNKNOWN
 
     def _check_curve(self):
         """Go on with the check for the request whose turn it is, and do what it asks for when that is through."""
         request = self._curve.next()
         if request is None:
             return
-        message, values, system, component, _ = request
-        if message != PARAM_SET and self._is_late(request):  # a copy of one that waited before it
+        is_command = request.command is not None
+        if is_command and self._is_late(request):  # a copy of one that waited before it
             self._curve.end()
             self._answer_late(request)
             return
+        problem = None
         if self._needs_curve(request):  # it may not any more: another mode, an earlier copy
-            index = self._parameters.changes_curve(values[3], values[0]) if message == PARAM_SET else UNKNOWN
-            if not self._curve.advance(index, values[0]):
+            index = UNKNOWN if is_command else self._parameters.changes_curve(request.name, request.value)
+            if not self._curve.advance(index, None if is_command else request.value):
                 return
             problem = self._curve.end()
         else:
             self._curve.end()
-            problem = None
-        if message == PARAM_SET:
-            self._parameters.set(values[3], values[0], problem, system, component)
-        else:
+        if is_command:
             self._run(request, problem)
+        else:
+            self._parameters.set(request, problem)
 
-    def _is_for_the_ground(self, request):
+    def _is_for_the_ground(self, command):
         """True for a PARK while the kite is not armed: not urgent, its turn comes behind an ARM before it."""
-        return not self._modes.armed() and self._moves(request) and not disarms(request[1])
+        return not self._modes.armed() and self._moves(command) and not command.disarms()
 
     def _overtake(self, orders, before):
         """Reject the commands that came before a disarm or PARK and would undo it."""
         self._overtake_waiting()
-        for index in range(before):
-            _, values, system, component, sequence = orders[index]
-            if self._moves(orders[index]) and not is_safe(values) and not self._is_late(orders[index]):
-                self._note(orders[index], False)
-                orders[index] = (_OVERTAKEN, values, system, component, sequence)
+        for request in orders[:before]:
+            if self._moves(request) and not request.is_urgent() and not self._is_late(request):
+                self._note(request, False)
+                request.overtaken = True
 
     def _overtake_waiting(self):
         """Reject the commands that wait for the curve's check."""
-        for request in self._curve.take_commands():
-            _, values, system, component, _ = request
-            self._note(request, False)
-            self._on_overtaken(values, system, component)
+        for command in self._curve.take_commands():
+            self._note(command, False)
+            self._reject(command)
+
+    def _is_for_us(self, request):
+        return self._for_us(request.target_system, request.target_component)
 
     def _for_us(self, system, component):
         return system in (0, int(self._system[SYSTEM_ID])) and component in (0, _COMPONENT)
 
-    def _on_heartbeat(self, values, system, component):
-        if values[1] == MAV_TYPE_GCS:
+    def _on_heartbeat(self, request):
+        _, kind, _, _, _, _ = request.values
+        if kind == MAV_TYPE_GCS:
             self._modes.hear_station()
-            self._keeper.greet(system)
+            self._keeper.greet(request.system)
 
-    def _on_param_request_list(self, values, system, component):
-        if self._for_us(values[0], values[1]):
+    def _on_param_request_list(self, request):
+        target_system, target_component = request.values
+        if self._for_us(target_system, target_component):
             self._parameters.list_all()
 
-    def _on_param_request_read(self, values, system, component):
-        if self._for_us(values[1], values[2]):
-            self._parameters.read(values[0], values[3], system, component)
-
-    def _on_param_set(self, values, system, component):
-        if self._for_us(values[1], values[2]):
-            self._parameters.set(values[3], values[0], None, system, component)
-
-    def _on_overtaken(self, values, system, component):
-        if self._for_us(values[8], values[9]):
-            self._commands.acknowledge(values[7], MAV_RESULT_TEMPORARILY_REJECTED, system, component)
-
-    def _on_manual_control(self, values, system, component):
-        if values[5] in (0, int(self._system[SYSTEM_ID])) and -1000 <= values[1] <= 1000:
-            self._modes.hear_manual(values[1] * 0.001)
-
-    def _on_mission_request_list(self, values, system, component):
-        target_system, target_component, mission_type = values
+    def _on_param_request_read(self, request):
+        index, target_system, target_component, name = request.values
         if self._for_us(target_system, target_component):
-            self._link.answer(MISSION_COUNT, (0, system, component, mission_type))
+            self._parameters.read(index, name, request.system, request.component)
 
-    def _on_radio_status(self, values, system, component):
-        self._link.budget.hear_radio(values[4])
+    def _on_param_set(self, request):
+        if self._is_for_us(request):
+            self._parameters.set(request, None)
 
-    def _on_timesync(self, values, system, component):
-        if values[0] == 0:
-            self._link.answer(TIMESYNC, (self._uptime_us * 1000 or 1, values[1]))  # 0 would be a question
+    def _on_manual_control(self, request):
+        _, y, _, _, _, target_system, *_ = request.values
+        if target_system in (0, int(self._system[SYSTEM_ID])) and -1000 <= y <= 1000:
+            self._modes.hear_manual(y * 0.001)
 
-    def _on_ping(self, values, system, component):
-        time_usec, sequence, target_system, target_component = values
+    def _on_mission_request_list(self, request):
+        target_system, target_component, mission_type = request.values
+        if self._for_us(target_system, target_component):
+            self._link.answer(MISSION_COUNT, (0, request.system, request.component, mission_type))
+
+    def _on_radio_status(self, request):
+        _, _, _, _, free, _, _ = request.values
+        self._link.budget.hear_radio(free)
+
+    def _on_timesync(self, request):
+        theirs, asked_at = request.values
+        if theirs == 0:
+            self._link.answer(TIMESYNC, (self._uptime_us * 1000 or 1, asked_at))  # 0 would be a question
+
+    def _on_ping(self, request):
+        time_usec, number, target_system, target_component = request.values
         if target_system == 0 and target_component == 0:
-            self._link.answer(PING, (time_usec, sequence, system, component))
-
-
-def _what(values):
-    """What a command that moves the kite asks for."""
-    return values[7], values[1] if values[7] == MAV_CMD_DO_SET_MODE else values[0]
+            self._link.answer(PING, (time_usec, number, request.system, request.component))

@@ -74,18 +74,21 @@ class ParameterRequests:
             return UNKNOWN
         return index
 
-    def set(self, name, value, problem, system, component):
-        """Set a parameter, or refuse it; `problem` is what speaks against the curve that it makes, or None."""
+    def set(self, request, problem):
+        """Set a parameter as the `request`, a ParameterSet, asks, or refuse it.
+
+        `problem` is what speaks against the curve that it makes, or None.
+        """
         parameters = self._parameters
-        index = parameters.index_of(name)
-        error = parameters.refusal(index, value, self._modes.armed())
+        index = parameters.index_of(request.name)
+        error = parameters.refusal(index, request.value, self._modes.armed())
         if not error and problem is not None:
             error = MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE
             self._say(MAV_SEVERITY_WARNING, problem)
         if error:
-            self._refuse(-1, name, error, system, component)
+            self._refuse(request, error)
         else:
-            parameters.set(index, value)
+            parameters.set(index, request.value)
         if index != UNKNOWN:
             self.announce(index)
 
@@ -94,9 +97,9 @@ class ParameterRequests:
         values = (parameters.values[index], COUNT, index, NAMES[index], MAV_PARAM_TYPE_REAL32)
         self._link.answer(PARAM_VALUE, values)
 
-    def _refuse(self, index, name, error, system, component):
+    def _refuse(self, request, error):
         """Send PARAM_ERROR when there is room."""
         if len(self._refusals) < _REFUSALS:
-            self._refusals.append((index, system, component, name, error))
+            self._refusals.append((-1, request.system, request.component, request.name, error))
         else:
             self.dropped += 1

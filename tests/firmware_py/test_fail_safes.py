@@ -213,7 +213,7 @@ def test_the_newest_of_too_many_parks_takes_the_last_place_and_leaves_those_of_d
     assert inbox.refused == 2
     inbox.put(dialect.MAVLINK_MSG_ID_COMMAND_LONG, disarm, 99, 190)
     assert inbox.refused == 2
-    assert [request[2] for request, _ in inbox.take_urgent()] == [1, 2, 3, 6, 99]
+    assert [urgent.command.system for urgent in inbox.take_urgent()] == [1, 2, 3, 6, 99]
 
 
 def test_manual_asked_for_again_leaves_the_sticks_where_they_are():

@@ -1,0 +1,79 @@
+"""What a ground station asked for, as it waits in the queues: every field by its name."""
+
+from ..generated_enums import (
+    KITE_MODE_MANUAL,
+    KITE_MODE_PARK,
+    KITE_MODE_STANDBY,
+    MAV_CMD_COMPONENT_ARM_DISARM,
+    MAV_CMD_DO_SET_MODE,
+    MAV_CMD_PREFLIGHT_STORAGE,
+    MAV_CMD_SET_MESSAGE_INTERVAL,
+)
+
+_MOVING = (MAV_CMD_COMPONENT_ARM_DISARM, MAV_CMD_DO_SET_MODE)
+_CHANGING = _MOVING + (MAV_CMD_PREFLIGHT_STORAGE, MAV_CMD_SET_MESSAGE_INTERVAL)
+
+
+class Request:
+    """A `message` with its `values` in wire order; `sender` is system and component of its station as one number.
+
+    `sequence` is the number of its frame, None where nothing is known of the order.
+    """
+
+    command = None  # MAV_CMD of a Command
+
+    def __init__(self, message, values, system, component, sequence=None):
+        self.message = message
+        self.values = values
+        self.system = system
+        self.component = component
+        self.sequence = sequence
+        self.sender = system << 8 | component
+
+
+class Command(Request):
+    """A COMMAND_LONG or COMMAND_INT; the two lie alike up to the targets."""
+
+    def __init__(self, message, values, system, component, sequence=None):
+        super().__init__(message, values, system, component, sequence)
+        param1, param2, _, _, _, _, _, self.command, self.target_system, self.target_component = values[:10]
+        self.param1 = param1
+        self.param2 = param2
+        self.overtaken = False  # by one that came after it and was obeyed before it
+
+    def changes(self):
+        """True for a command that changes something; the others only ask, and wait until an answer has room."""
+        return self.command in _CHANGING
+
+    def moves(self):
+        """True for a command that arms, disarms or changes the mode."""
+        return self.command in _MOVING
+
+    def wish(self):
+        """What a command that moves the kite asks for, to tell copies of it from others."""
+        return self.command, self.param2 if self.command == MAV_CMD_DO_SET_MODE else self.param1
+
+    def is_copy_of(self, other):
+        """True for the very frame again, over whatever link."""
+        same = self.sender == other.sender and self.sequence == other.sequence is not None
+        return same and self.wish() == other.wish()
+
+    def disarms(self):
+        """True for a command that disarms, or asks for STANDBY."""
+        return self.wish() in ((MAV_CMD_COMPONENT_ARM_DISARM, 0.0), (MAV_CMD_DO_SET_MODE, KITE_MODE_STANDBY))
+
+    def is_urgent(self):
+        """True for a command that brings the kite to rest: disarm, or PARK."""
+        return self.disarms() or self.wish() == (MAV_CMD_DO_SET_MODE, KITE_MODE_PARK)
+
+    def is_safe(self):
+        """True for a command that an operator may need at any time: disarm, PARK, or MANUAL."""
+        return self.is_urgent() or self.wish() == (MAV_CMD_DO_SET_MODE, KITE_MODE_MANUAL)
+
+
+class ParameterSet(Request):
+    """A PARAM_SET; `name` is bytes, padded with zeros or not."""
+
+    def __init__(self, message, values, system, component, sequence=None):
+        super().__init__(message, values, system, component, sequence)
+        self.value, self.target_system, self.target_component, self.name, _ = values
