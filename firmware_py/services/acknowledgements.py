@@ -1,4 +1,4 @@
-"""Acknowledgements of commands on their way out: as many as the link's budget has for them, the rest in their turn."""
+"""Queue of command acknowledgements, sent as the link's budget allows."""
 
 from ..mavlink.generated_messages import COMMAND_ACK
 from .inbox import Queue
@@ -7,7 +7,7 @@ _ROOM = 16
 
 
 class Acknowledgements:
-    """Bounded, and fair between senders; what finds no room is counted in `dropped`: its station asks again."""
+    """Bounded, and fair between senders; what does not fit is counted in `dropped`, and its station retries."""
 
     def __init__(self, link):
         self._link = link

@@ -1,7 +1,7 @@
-"""Tells commands that move the kite in the order in which a station sent them, over however many links they come.
+"""The order of a station's commands that change mode or arming, over any number of links.
 
-A station numbers what it sends, whatever link that goes over. A copy over a slow link may arrive when a later command
-was obeyed already: it must not undo that one.
+A station numbers its frames across all links. A copy over a slow link may arrive after a later command
+was obeyed: it must not undo that one.
 """
 
 _RECENT_US = 3000000  # a link that is later than this is not flown by; beyond it a station may have begun anew
@@ -16,7 +16,7 @@ class CommandOrder:
         self._done = []  # (sender, sequence, what, time), the newest last
 
     def is_late(self, sender, sequence, what, is_safe, uptime_us):
-        """True for a command that does not come after the last of its sender. Ask where it would change something.
+        """True for a command that is not later than its sender's last one. Ask only if it would change something.
 
         `what` it asks for; `is_safe`: PARK, MANUAL or disarm, which are late only as the very frame that was obeyed
         before. `sequence` None: nothing is known of the order.

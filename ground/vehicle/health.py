@@ -1,7 +1,7 @@
-"""What is wrong with the flight or the link, in words that say what to do about it.
+"""What is wrong with the flight or the link, and what to do about it.
 
-Advice follows from what is known. A silent link says nothing about the flight; a firmware that stood still, or sensors
-that do, say nothing about the gains. Only after these are ruled out is a swinging kite blamed on its gain.
+Advice follows from what is known. A silent link says nothing about the flight; a firmware that stopped, or sensors
+that froze, say nothing about the gains. Only after these are ruled out is an oscillation blamed on the gain.
 """
 
 import math

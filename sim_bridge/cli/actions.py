@@ -1,4 +1,4 @@
-"""What each verb of `kite-sitl` does with its options; every function returns the exit code."""
+"""The verbs of `kite-sitl`; every function returns the exit code."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""The command `kite-sitl`: fly simulated kites with the real firmware, look at the result, compare."""
+"""The command `kite-sitl`: fly simulated kites with the real firmware, plot and compare."""
 
 import argparse
 import os

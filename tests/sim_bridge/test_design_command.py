@@ -37,7 +37,7 @@ def test_the_papers_optimum_is_called_unstable_where_it_is(capsys):
     assert not designed(capsys, *arguments)["whole_loop"]["present"]["stable"]
     assert main(["design", *arguments]) == 0
     said = capsys.readouterr().out
-    assert "UNSTABLE" in said and "of delay too much, or P 2.01 times too large" in said
+    assert "UNSTABLE" in said and "s too much delay, or P 2.01 times too high" in said
 
 
 def test_without_any_other_delay_sampling_is_told_exactly(capsys):
