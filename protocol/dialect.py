@@ -1818,8 +1818,7 @@ setattr(MAVLink_kite_sensors_message, "name", mavlink_msg_deprecated_name_proper
 class MAVLink_kite_state_message(MAVLink_message):
     """
     The controller's state in the tick that sent it: the sample's
-    quantities as used, the target, and what was asked of the
-    actuator.
+    quantities as used, the target, and the commanded steering.
     """
 
     id = MAVLINK_MSG_ID_KITE_STATE
@@ -3607,8 +3606,7 @@ class MAVLink(object):
     def kite_state_encode(self, time_us: int, sample_time_us: int, azimuth: float, elevation: float, distance: float, course: float, heading: float, airspeed: float, tether_force: float, steering: float, target_course: float, cross_track: float, path_parameter: float, steering_asked: float, overruns: int, valid: int, status: int, tick_us: int, tick_worst_us: int, samples_dropped: int, mode: int) -> MAVLink_kite_state_message:
         """
         The controller's state in the tick that sent it: the sample's
-        quantities as used, the target, and what was asked of the
-        actuator.
+        quantities as used, the target, and the commanded steering.
 
         time_us                   : The firmware's clock at the tick; wraps at 2^30. [us] (type:uint32_t)
         sample_time_us            : When the newest sample was taken, on the sensor's clock; wraps at 2^30. [us] (type:uint32_t)
@@ -3638,8 +3636,7 @@ class MAVLink(object):
     def kite_state_send(self, time_us: int, sample_time_us: int, azimuth: float, elevation: float, distance: float, course: float, heading: float, airspeed: float, tether_force: float, steering: float, target_course: float, cross_track: float, path_parameter: float, steering_asked: float, overruns: int, valid: int, status: int, tick_us: int, tick_worst_us: int, samples_dropped: int, mode: int, force_mavlink1: bool = False) -> None:
         """
         The controller's state in the tick that sent it: the sample's
-        quantities as used, the target, and what was asked of the
-        actuator.
+        quantities as used, the target, and the commanded steering.
 
         time_us                   : The firmware's clock at the tick; wraps at 2^30. [us] (type:uint32_t)
         sample_time_us            : When the newest sample was taken, on the sensor's clock; wraps at 2^30. [us] (type:uint32_t)

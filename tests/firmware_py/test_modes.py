@@ -133,7 +133,7 @@ def test_a_copy_of_the_command_to_track_is_good_after_a_refused_parameter():
     bench.start(TRACK)
     bench.tell(set_parameter("EIGHT_LEAST_EL", 40.0))
     bench.run(0.3)
-    assert "least is 40.0" in bench.texts()[0]
+    assert "minimum is 40.0" in bench.texts()[0]
     assert bench.change_mode(TRACK) == ACCEPTED
     assert bench.mode == TRACK
 

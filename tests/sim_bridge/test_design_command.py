@@ -55,7 +55,7 @@ def test_jitter_loss_and_lag_cost_gain(capsys):
                           for more in ((), ("--jitter", "0.01", "--loss", "0.2"), ("--lag", "0.1")))
     assert clean > 1.05 * noisy and clean > 1.2 * slow
     assert main(["design", *arguments, "--loss", "0.2"]) == 0
-    assert "make 0.2 s act as 0.21 s" in capsys.readouterr().out
+    assert "make 0.2 s act like 0.21 s" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(("arguments", "said"), [

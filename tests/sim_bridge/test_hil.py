@@ -169,7 +169,7 @@ def test_an_unplugged_board_parks_and_the_flight_goes_on_when_it_is_back(cable):
     rows = result.flight.rows
     assert {row[mode] for row in rows if 1.0 < row[time_s] < 2.9} == {dialect.KITE_MODE_TRACK}
     assert {row[mode] for row in rows if row[time_s] > 8.5} == {dialect.KITE_MODE_PARK}
-    assert "is gone" in said[0] and "is back" in said[1] and len(said) == 2
+    assert "disconnected" in said[0] and "connected again" in said[1] and len(said) == 2
 
 
 class LateBoard(InprocRuntime):
