@@ -34,8 +34,8 @@ class Autopilot:
     """Everything that flies the kite, over one `link`.
 
     The link has `send(message, values)`, `receive(inbox)`, `flush()`, `set_system(id)`, `counters()` and `budget`.
-    Another outer loop may be put in the place of `guidance`: it needs what Guidance has, bar its settings.
-    `storage`, `retained` and `reset_cause` are the board's (boards/interface.py); without them nothing is kept or told.
+    Another outer loop can replace `guidance`: it needs all that Guidance has except its settings.
+    `storage`, `retained` and `reset_cause` are the board's (boards/interface.py); without them nothing is stored.
     """
 
     def __init__(self, link, lockstep=False, storage=None, retained=None, reset_cause=None):

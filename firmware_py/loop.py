@@ -9,7 +9,7 @@ _BOARD = 1  # system and component that a board's own sensors come from
 
 
 def run_lockstep(autopilot, transport, silence_ms):
-    """Run a tick for each KITE_TICK; return when nothing has come for `silence_ms`."""
+    """Run a tick for each KITE_TICK; return when nothing was received for `silence_ms`."""
     link = autopilot.link
     inbox = autopilot.inbox
     link.send(KITE_TICK_END, (0xFFFFFFFF,))  # says to the bridge where we are
@@ -19,7 +19,7 @@ def run_lockstep(autopilot, transport, silence_ms):
 
 
 def step_lockstep(autopilot, inbox):
-    """Take in what has arrived; if it brought a tick, run it and end it."""
+    """Receive; if a KITE_TICK has arrived, run and end that tick."""
     link = autopilot.link
     link.lockstep = True
     link.receive(inbox)
@@ -34,8 +34,8 @@ def step_lockstep(autopilot, inbox):
 def run_real_time(autopilot, board):
     """Run a tick each period of the board's clock, until `board.ended()`.
 
-    Only a tick that has come to its end feeds the watchdog: a loop that hangs anywhere resets the board. A tick that
-    comes more than a period late, because the loop stood still or its clock jumped, counts as an overrun.
+    Only a completed tick feeds the watchdog: a loop that hangs anywhere resets the board. A tick that
+    is more than a period late, because the loop stopped or its clock jumped, counts as an overrun.
     """
     ticks_us = board.ticks_us
     collector = Collector(ticks_us)

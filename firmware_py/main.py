@@ -1,6 +1,6 @@
 """The firmware as a process on a PC: `python -m firmware_py.main HOST PORT lockstep|realtime`.
 
-It talks UDP to the bridge at HOST:PORT, or to a device file as if it were a board on a cable, with `serial` for HOST
+It talks UDP to the bridge at HOST:PORT, or to a device file like a board on a cable, with `serial` for HOST
 and the file for PORT. It ends after half a minute of silence.
 """
 

@@ -1,4 +1,4 @@
-"""What /main.py imports on a board, and nothing else does: importing it starts the firmware."""
+"""Importing this starts the firmware; only /main.py on a board does."""
 
 import gc
 import sys

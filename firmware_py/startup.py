@@ -1,4 +1,4 @@
-"""From power-on to the loop: settings, board, a way out, flight. What goes wrong is told, and leaves the console."""
+"""From power-on to the loop: settings, board, a way to stop, flight. Errors are reported and lead to the console."""
 
 import gc
 import sys
@@ -17,12 +17,12 @@ _LOOK_MS = 50
 
 
 def tell(text):
-    """Say something to whoever watches the console."""
+    """Print to the console."""
     print("kitepilot: " + text)
 
 
 def start(platform):
-    """Start the board of this sys.platform; comes back only when it is not to fly."""
+    """Start the board of this sys.platform; returns only if it is not to fly."""
     module = _board_module(platform)
     values, problem = read_board_file()
     settings, problems = check_settings(values, platform) if problem is None else (None, [problem])

@@ -1,4 +1,4 @@
-"""A connected kite, for scripts and notebooks: what the commands of kite-ground do, as functions.
+"""A connected kite, for scripts and notebooks: the commands of kite-ground as functions.
 
     import ground
 
@@ -43,7 +43,7 @@ _DELAY_WINDOW_S = 60.0
 
 @dataclass(frozen=True)
 class LinkReport:
-    """How the links do: messages a second, the share of them lost of late, the round trip, the last one's age [s]."""
+    """State of the links: messages per second, recent loss as a fraction, round trip, age of the last message [s]."""
 
     rate_hz: float
     loss: float | None
@@ -52,9 +52,9 @@ class LinkReport:
 
 
 class Kite:
-    """One vehicle, over one or several links. Made by `connect`; closes the links at the end of its `with` block.
+    """One kite, over one or several links. Made by `connect`; closes the links at the end of its `with` block.
 
-    `parameters` reads and writes them, `state` is what the vehicle last said, `history` all KITE_STATE messages.
+    `parameters` reads and writes parameters, `state` is the latest state, `history` has all KITE_STATE messages.
     """
 
     def __init__(self, session: Session, background: bool) -> None:
@@ -70,26 +70,26 @@ class Kite:
 
     @property
     def mode(self) -> str:
-        """STANDBY, MANUAL, PARK or TRACK, as the last heartbeat said."""
+        """STANDBY, MANUAL, PARK or TRACK, from the last heartbeat."""
         return self.state.mode_name
 
     @property
     def armed(self) -> bool:
-        """Whether it is armed, as the last heartbeat said."""
+        """Whether the kite is armed, from the last heartbeat."""
         return bool(self.state.armed)
 
     def arm(self) -> None:
-        """Arm, and return when the vehicle's heartbeat shows it. Raises VehicleError with the vehicle's reason."""
+        """Arm, and return when the heartbeat confirms it. Raises VehicleError with the kite's reason."""
         with self._serving.held():
             self.session.commander.arm()
 
     def disarm(self) -> None:
-        """Disarm, likewise."""
+        """Disarm, and return when the heartbeat confirms it; raises as `arm`."""
         with self._serving.held():
             self.session.commander.disarm()
 
     def set_mode(self, mode: str) -> None:
-        """Change to `mode`, by its name, likewise. Raises UsageError where there is no such mode."""
+        """Change to the mode named `mode`; returns and raises as `arm`. Raises UsageError if there is no such mode."""
         number = next((value for value, name in MODE_NAMES.items() if name == mode.upper()), None)
         if number is None:
             raise UsageError(f"no mode {mode!r}: must be one of {', '.join(MODE_NAMES.values())}")
@@ -97,16 +97,16 @@ class Kite:
             self.session.commander.set_mode(number)
 
     def wait(self, seconds: float) -> None:
-        """Let the kite fly on for `seconds` [s]; everything that it says goes into `state` and `history`."""
+        """Wait for `seconds` [s] while the kite flies on; all messages go into `state` and `history`."""
         with self._serving.held():
             self.session.connection.wait_until(lambda: False, seconds)
 
     def wait_for(self, condition: Callable[[KiteState], bool], timeout_s: float,
                  what: str = "the condition") -> KiteState:
-        """The first KITE_STATE from now on that `condition` accepts.
+        """Wait for the first KITE_STATE that `condition` accepts, and return it.
 
         Raises:
-            NoAnswerError: none did within `timeout_s` [s]; says how many came, and what was waited for (`what`).
+            NoAnswerError: none did within `timeout_s` [s]; the text has the number of states and `what` was waited for.
         """
         seen = 0
 
@@ -128,24 +128,24 @@ class Kite:
                                 "or is STATE_HZ 0?")
 
     def measure_delay(self, seconds: float = DELAY_MEASURE_S) -> DelayReport:
-        """Fly on for so long, and tell the delay in the control loop and the ground link's. Raises NoAnswerError."""
+        """Measure the loop delay and the ground link's round trip for `seconds` [s] of flight. Raises NoAnswerError."""
         with self._serving.held():
             return self._tuning.measure_delay(seconds)
 
     def advise(self, delay_s: float) -> GainAdvice:
-        """The gains' limits and optima for settling, with dead time `delay_s` [s] in the loop and nothing predicted.
+        """Limits and optima of the gains for settling, for dead time `delay_s` [s] without prediction.
 
-        With the outer loop where the kite flies. Raises UsageError where it cannot be flown with this delay.
+        Includes the outer loop if the kite flies. Raises UsageError if the kite cannot be flown with this delay.
         """
         advice = advise(delay_s, self.parameters.get(RATE_NAME), self.parameters.get(GAIN_NAME))
         speed = speed_over_length(self.state)
         return with_outer_loop(advice, speed, self.parameters.get(OUTER_NAME)) if speed else advice
 
     def advise_as_flown(self, delay_s: float) -> FlownAdvice:
-        """What suits the law that is flown, prediction and feed-forward included: limits, best P, and what to set.
+        """Limits, best P and a proposal for the present control law, including prediction and feed-forward.
 
-        `delay_s` [s] as measured; the last 20 s of flight count where the kite follows its eight. For settling by the
-        plain law, `advise` has more. Raises UsageError where the delay is not one.
+        `delay_s` [s] as measured; if the kite follows its eight, the last 20 s of flight count. For settling under the
+        plain law, `advise` has more. Raises UsageError if the delay is not valid.
         """
         with self._serving.held():
             law = read_law(self.session)
@@ -155,9 +155,9 @@ class Kite:
 
     def step_gain(self, factor: float, delay_s: float, name: str = GAIN_NAME,
                   measure_s: float | None = None) -> StepResult:
-        """Multiply a gain by `factor` in TRACK, and compare the flight before and after; see TuningFlight.step.
+        """Multiply a gain by `factor` in TRACK and compare the flight before and after; see TuningFlight.step.
 
-        The new value stays if this returns and the flight did not run away; on any exception the old one is put back.
+        The new value stays if this returns and the flight did not diverge; on any exception the old one is restored.
         """
         with self._serving.held(), Trial(self.session) as trial:
             result = self._tuning.step(trial, name, self.parameters.get(name) * factor, delay_s, measure_s)
@@ -166,7 +166,7 @@ class Kite:
         return result
 
     def link(self) -> LinkReport:
-        """How the links do at present; the round trip (TIMESYNC) over the last minute."""
+        """Present state of the links; the round trip (TIMESYNC) is over the last minute."""
         connection = self.session.connection
         with self._serving.held():  # the statistics forget what is old while they are read
             now_s = connection.clock()
@@ -190,21 +190,21 @@ class Kite:
 
 def connect(*links: str, system: int | None = None, timeout_s: float = 10.0,
             warn: Callable[[str], None] = print) -> Kite:
-    """Connect to the vehicle over `links` (default: udpin:127.0.0.1:14550), and take a snapshot of its parameters.
+    """Connect to the kite over `links` (default: udpin:127.0.0.1:14550), and take a snapshot of its parameters.
 
     Each link is udpin:HOST:PORT, udpout:HOST:PORT or serial:DEVICE:BAUD. A thread keeps the connection alive between
-    calls, so that the kite hears a heartbeat and `history` has no gaps. `warn` takes warnings of one line.
+    calls, so that the kite hears heartbeats and `history` has no gaps. `warn` receives one-line warnings.
 
     Raises:
-        UsageError: a link cannot be opened, or no vehicle (of id `system`) is heard within `timeout_s` [s].
-        NoAnswerError: it is heard, but its parameters do not come.
+        UsageError: a link cannot be opened, or no kite (of id `system`) is heard within `timeout_s` [s].
+        NoAnswerError: the kite is heard, but does not send its parameters.
     """
     return connect_over(open_links(list(links) or [DEFAULT_LINK], time.monotonic, warn), system, timeout_s, warn)
 
 
 def connect_over(links: Links, system: int | None = None, timeout_s: float = 10.0, warn: Callable[[str], None] = print,
                  background: bool = True) -> Kite:
-    """The same over links that are open already, on their clock. Without `background`, time passes in calls only."""
+    """The same over `links` that are already open, on their clock. Without `background`, time passes only in calls."""
     session = Session(links, warn, system)
     try:
         session.find_vehicle(timeout_s)

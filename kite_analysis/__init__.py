@@ -1,1 +1,1 @@
-"""Pure numerics shared by the bridge and the ground station: delay theory, metrics, reading of logs, plots."""
+"""Numerics shared by bridge and ground station: delay theory, metrics, flight files, plots. Pure functions."""

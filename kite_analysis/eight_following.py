@@ -1,4 +1,4 @@
-"""What the paper's outer loop would ask for all along a flight, were it to know exactly where the kite is.
+"""The target of the paper's outer loop along a flight, from the kite's true position.
 
 J. H. Baayen, "Trajectory tracking control of kites with system delay" (2012), section 2.2.
 """
@@ -15,7 +15,7 @@ _MUCH_NEARER = 0.7
 
 
 def follow_eight(eight: TargetEight, position: Array, course: Array, gain_l: Array | float) -> tuple[Array, Array]:
-    """Target turning angle and cross-track distance [rad], each (n,), of a kite at unit positions (n, 3) in turn.
+    """Target turning angle and cross-track distance [rad], each (n,), of a kite at successive unit positions (n, 3).
 
     `gain_l` is the outer loop's gain L. Where the strands of the eight cross, the kite stays on the one that it came
     along, as the firmware does; the distance is that to the nearest point of either.

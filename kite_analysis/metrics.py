@@ -1,4 +1,4 @@
-"""The numbers by which a flight is judged, and the verdict on it, from where the kite really was."""
+"""Metrics and verdict of a flight, from the kite's true position."""
 
 from typing import NamedTuple
 
@@ -38,7 +38,7 @@ class Track(NamedTuple):
 
 
 class Metrics(NamedTuple):
-    """What a flight was like after it had settled; numbers are None where there is nothing to take them from.
+    """Metrics of a flight after settling; None if there is no data.
 
     `trouble` is why it is lost or was not measured.
     """
@@ -53,7 +53,7 @@ class Metrics(NamedTuple):
 
 
 def measure(track: Track, settle_s: float, crash: str | None) -> Metrics:
-    """Numbers and verdict from `settle_s` on; `crash` is why the kite can fly no more, None while it can. See RULE."""
+    """Metrics and verdict from `settle_s` on; `crash` is the reason of a crash, None if there was none. See RULE."""
     measured = track.time_s >= settle_s - 1e-9
     counted = measured & (track.in_track > 0.0)
     away = measured & ~counted

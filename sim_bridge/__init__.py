@@ -1,1 +1,1 @@
-"""The bridge that stands in for the kite, the wind and the radio, so that the whole stack flies without hardware."""
+"""The bridge: stands in for kite, wind and radio, so that the whole stack flies without hardware."""

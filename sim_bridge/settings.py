@@ -1,4 +1,4 @@
-"""What is known of a key of a scenario."""
+"""Description of a scenario's key."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -20,7 +20,7 @@ class Key(NamedTuple):
     kind: type = float
 
     def takes(self) -> str:
-        """What it takes, in words: bounds, choices, or the kind of its value."""
+        """Valid values, in words: bounds, choices, or type."""
         if self.choices:
             return ", ".join(self.choices)
         if self.kind in (bool, str):

@@ -23,13 +23,13 @@ def fly_and_tune(kite: ground.Kite) -> None:
 
     report = kite.measure_delay(20.0)
     if report.round_trip:
-        print(f"ground link: {1e3 * report.round_trip.median_s:.0f} ms there and back, "
+        print(f"ground link: {1e3 * report.round_trip.median_s:.0f} ms round trip, "
               f"spread {1e3 * report.round_trip.spread_s:.0f} ms")
     if report.loop.whole_s is None:
-        print(f"the steering explains only {report.loop.fit:.0%} of the turning: no delay can be told")
+        print(f"the steering explains only {report.loop.fit:.0%} of the turning: no delay found")
         return
     advice = kite.advise(report.loop.whole_s)
-    print(f"delay in the loop {advice.delay_s:.3f} s: P = {advice.present:.3g}, "
+    print(f"loop delay {advice.delay_s:.3f} s: P = {advice.present:.3g}, "
           f"best {advice.sampled_optimum:.3g}, limit {advice.sampled_limit:.3g} 1/s")
 
     factor = 0.9 if advice.present > advice.sampled_optimum else 1.1
@@ -39,7 +39,7 @@ def fly_and_tune(kite: ground.Kite) -> None:
               f"turning angle {np.degrees(effect.turning_rad):.1f} deg RMS")
     if result.after.turning_rad > result.before.turning_rad:
         kite.parameters.revert("INNER_P")
-        print("worse: back to where it was")
+        print("worse: old gain restored")
 
     last = kite.history.arrays(seconds=30.0)
     print(f"steering over the last {np.ptp(last['time_s']):.0f} s: "

@@ -1,1 +1,1 @@
-"""The boards that the firmware runs on, behind one interface, and the settings of their users."""
+"""The boards that the firmware runs on, behind one interface, and their settings."""

@@ -1,7 +1,7 @@
-"""When MicroPython's garbage is collected: in the slack of a tick, never inside a deadline.
+"""Garbage collection in the idle time after a tick, never during one.
 
-A tick leaves some 7 KB of garbage on a board. Left to itself, MicroPython collects it when the heap is full, in the
-middle of a tick; collected every few ticks, it never comes to that.
+A tick leaves about 7 KB of garbage on a board. By default, MicroPython collects it when the heap is full, in the
+middle of a tick; collecting every few ticks avoids that.
 """
 
 import gc

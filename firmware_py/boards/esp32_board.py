@@ -21,7 +21,7 @@ class Retained:
         self._rtc = machine.RTC()
 
     def read(self):
-        """All of it; zeros where nothing was written since power came on."""
+        """All of it; zeros where nothing was written since power-on."""
         data = self._rtc.memory()
         return data + bytes(_RETAINED_BYTES - len(data))
 
@@ -31,7 +31,7 @@ class Retained:
 
 
 class Board(machine_board.MachineBoard):
-    """An ESP32 with these `settings`; `tell(text)` is for whoever watches the console."""
+    """An ESP32 with these `settings`; `tell(text)` writes to the console."""
 
     timer = _TIMER
 
@@ -42,7 +42,7 @@ class Board(machine_board.MachineBoard):
 
 
 def reset_cause():
-    """Why the board has started."""
+    """Why the board started."""
     cause = machine.reset_cause()
     if cause == machine.WDT_RESET:
         return WATCHDOG

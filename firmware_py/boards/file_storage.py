@@ -31,7 +31,7 @@ class FileStorage:
             raise
 
     def write(self, name, data):
-        """Write `data` to file `name`; on return it is on the medium."""
+        """Write `data` to file `name`; on return it is stored."""
         with open(self._prefix + name, "wb") as file:
             file.write(data)
             file.flush()
@@ -41,7 +41,7 @@ class FileStorage:
             os.sync()
 
     def rename(self, old, new):
-        """Give file `old` the name `new`; a file that had that name is replaced in the same step."""
+        """Rename file `old` to `new`, atomically replacing a file of that name."""
         _replace(self._prefix + old, self._prefix + new)
 
     def remove(self, name):

@@ -1,4 +1,4 @@
-"""What the operator sees on the board: one light, a pattern for each state.
+"""The board's status light: a pattern for each state.
 
 A pattern is sixteen slots of 131 ms, the first one the lowest bit; the clock's wrap is a whole number of patterns.
 """
@@ -25,7 +25,7 @@ _BY_MODE = {KITE_MODE_MANUAL: MANUAL, KITE_MODE_PARK: PARK, KITE_MODE_TRACK: TRA
 class StatusLight:
     """Shows patterns on `pin`, a callable that takes 0 or 1; never waits.
 
-    `received()` gives a number that changes when bytes arrive on the link; without it the link counts as there.
+    `received()` gives a number that changes when bytes arrive on the link; without it the link counts as up.
     """
 
     def __init__(self, pin, received=None):
@@ -45,7 +45,7 @@ class StatusLight:
             self.show_pattern(STALE if stale else _BY_MODE.get(mode, STALE), now)
 
     def show_pattern(self, pattern, now):
-        """Be lit or dark as `pattern` has it at `now`. The pin is only touched when that changes."""
+        """Set the light for `pattern` at `now`. The pin is written only when that changes."""
         lit = pattern >> (now >> _SLOT_BITS & _SLOTS) & 1
         if lit != self._lit:
             self._lit = lit

@@ -1,4 +1,4 @@
-"""What boards with a `machine` module share; the module, its clock and the network are handed in.
+"""What boards with a `machine` module share; the module, its clock and the network are passed in.
 
 The board modules (rp2_board.py, esp32_board.py) add what differs: retained memory, the cause of a reset, names.
 """
@@ -56,7 +56,7 @@ class MachineBoard:
         return False
 
     def start_watchdog(self):
-        """From here on a loop that hangs for WATCHDOG_MS resets the board; this cannot be taken back."""
+        """From here on a loop that hangs for WATCHDOG_MS resets the board; this cannot be undone."""
         self.watchdog = self._machine.WDT(timeout=WATCHDOG_MS)
 
     def is_watched(self):
@@ -72,7 +72,7 @@ class MachineBoard:
         return not machine.Pin(pin, machine.Pin.IN, machine.Pin.PULL_UP).value()
 
     def stop(self, pattern):
-        """Stay reachable and steer no more: servo neutral, nothing to resume, the watchdog fed, `pattern` shown."""
+        """Stop steering but stay reachable: servo neutral, no flight to resume, watchdog fed, `pattern` shown."""
         if self.actuator is not None:
             self.actuator.write(0.0, False)
         self.retained.write(bytes(len(self.retained.read())))
@@ -109,7 +109,7 @@ class MachineBoard:
 
 
 def make_servo(machine, settings):
-    """The servo at neutral, or None where there is none."""
+    """The servo at neutral, or None if there is none."""
     if settings.servo_pin is None:
         return None
     pwm = machine.PWM(machine.Pin(settings.servo_pin), freq=1000000 // PERIOD_US, duty_u16=0)
@@ -141,7 +141,7 @@ def make_light_pin(machine, pin):
 
 
 def blink(machine, time, timer, pin, pattern):
-    """Show `pattern` from now on, with no board at all; returns the timer."""
+    """Show `pattern` from now on, without a board; returns the timer."""
     light = StatusLight(make_light_pin(machine, pin))
     return machine.Timer(
         timer, period=_BLINK_MS, mode=machine.Timer.PERIODIC,

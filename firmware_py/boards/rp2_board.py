@@ -22,7 +22,7 @@ _POWER_SAVE_OFF = 0xA11140  # the radio sleeps otherwise, and a datagram waits f
 
 
 class Retained:
-    """Memory that survives a reset by the watchdog, and nothing worse."""
+    """Memory that survives a watchdog reset, but not a loss of power."""
 
     def __init__(self):
         self._memory = uctypes.bytearray_at(_RETAINED, _RETAINED_BYTES)
@@ -37,7 +37,7 @@ class Retained:
 
 
 class Board(machine_board.MachineBoard):
-    """A Pico with these `settings`; `tell(text)` is for whoever watches the console."""
+    """A Pico with these `settings`; `tell(text)` writes to the console."""
 
     def __init__(self, settings, tell):
         self.reset_cause = reset_cause()
@@ -46,7 +46,7 @@ class Board(machine_board.MachineBoard):
 
 
 def reset_cause():
-    """Why the board has started. machine.reset() uses the watchdog's hardware too, and must not pass for it."""
+    """Why the board started. machine.reset() also uses the watchdog's hardware, but is no watchdog reset."""
     if machine.reset_cause() != machine.WDT_RESET:
         return POWER_ON
     return WATCHDOG if machine.mem32[_WATCHDOG_SCRATCH_4] == _WATCHDOG_WAS_RUNNING else SOFT

@@ -12,7 +12,7 @@ _LIGHTS = {"rp2": "LED", "esp32": 2}
 
 
 class Settings:
-    """What the board modules read; entries that do not apply are None."""
+    """The checked settings; entries that do not apply are None."""
 
     def __init__(self):
         self.link = None
@@ -120,7 +120,7 @@ class _Reader:
         self._known = []
 
     def take(self, name, right, is_good, default=_REQUIRED):
-        """The entry `name`, or None with a problem if `is_good` refuses it; `right` says what would be right."""
+        """The entry `name`, or None and a problem if `is_good` rejects it; `right` says what would be valid."""
         self._known.append(name)
         value = self.values.get(name, default)
         if value is _REQUIRED:
@@ -137,7 +137,7 @@ class _Reader:
         return self.take(name, right, lambda value: _is_whole(value, least, greatest), default)
 
     def pin(self, name, default=_REQUIRED):
-        """A pin by its number, or "LED" where the board has that; each is used once. With a default None will do."""
+        """A pin by its number, or "LED" if the board has that; each is used once. With a default, None is valid."""
         greatest = _PINS.get(self.platform, 48)
         right = "a pin number from 0 to %d" % greatest
         pin = self.take(name, right, lambda value: self._is_pin(value, greatest, default), default)
@@ -154,7 +154,7 @@ class _Reader:
         return _is_whole(value, 0, greatest) or value == "LED" == _LIGHTS.get(self.platform)
 
     def look_for_strangers(self):
-        """A name in capitals that nobody asks for is a slip of the pen; what belongs to the other link is not."""
+        """Report unknown names in capitals, which are typing errors; settings of the other link are not."""
         for name in sorted(self.values):
             if name == name.upper() and not name.startswith("_") and name not in self._known and name not in _ENTRIES:
                 self.problems.append("%s is not a setting: there are %s" % (name, ", ".join(_ENTRIES)))

@@ -1,4 +1,4 @@
-"""A PC as the board: CPython, or MicroPython's unix port. Samples come over the link and steering leaves by it."""
+"""A PC as the board: CPython, or MicroPython's unix port. Samples and steering go over the link."""
 
 import time
 
@@ -8,7 +8,7 @@ from .interface import POWER_ON, NoLight, NoWatchdog
 
 
 class UnixBoard:
-    """Ends after `silence_ms` without anything on its `transport`, so that no process is left behind.
+    """Ends after `silence_ms` without data on its `transport`, so that no process is left behind.
 
     Parameters are kept in `storage_folder`, if one is given.
     """
@@ -36,7 +36,7 @@ class UnixBoard:
         return time.monotonic_ns() // 1000 & MASK
 
     def ended(self):
-        """True when nothing has come for too long."""
+        """True if nothing was received for too long."""
         return ticks_diff(self.ticks_us(), self._heard) > self._silence_us
 
     def read(self):
@@ -52,7 +52,7 @@ class UnixBoard:
 
     @property
     def from_peer(self):
-        """True if what was read last came from the peer that is configured."""
+        """True if the last data came from the configured peer."""
         return getattr(self._transport, "from_peer", True)
 
     def wait(self, timeout_ms):

@@ -41,7 +41,7 @@ class FigureEight:
         self.direction = 1.0
 
     def load(self, values):
-        """Take the parameters over from their `values`."""
+        """Load the settings from the parameters' `values`."""
         self.azimuth = radians(values[EIGHT_AZIMUTH])
         self.elevation = radians(values[EIGHT_ELEVATION])
         self.half_width = radians(values[EIGHT_HALF_W])
@@ -93,10 +93,10 @@ class FigureEight:
 
 
 class CurveCheck:
-    """Whether a kite can fly an eight: a few points of it a call, so that no tick of a flight takes long.
+    """Checks whether a kite can fly an eight: a few points per call, so that no tick takes long.
 
     The tightest turn that a kite can fly has the angular radius 1 / (line length * K * u_max), whatever its speed.
-    The eight's two halves are mirror images, so one of them is looked at: the one that lies further from downwind.
+    The eight's two halves are mirror images, so only one is checked: the one further from downwind.
     """
 
     def __init__(self):
@@ -129,7 +129,7 @@ class CurveCheck:
         self.done = self.problem is not None
 
     def advance(self):
-        """Look at the next few points."""
+        """Check the next few points."""
         for _ in range(_POINTS_PER_CALL):
             if self.done:
                 return

@@ -1,7 +1,7 @@
 """The gains that are flown with: those of the parameters, or gains scheduled from airspeed and line length.
 
 J. H. Baayen, "Trajectory tracking control of kites with system delay" (2012), proposition 4.1, fixes P tau'; with time
-counted in tau' and ways in line lengths R, the outer loop's gain enters the whole loop as L v tau' / R alone.
+scaled by tau' and lengths by the line length R, the outer loop's gain enters the whole loop only as L v tau' / R.
 """
 
 from ..parameters.generated_parameters import (
@@ -35,7 +35,7 @@ class Gains:
         self._speed = 0.0  # v / R, smoothed [1/s]
 
     def load(self, values, estimate):
-        """Take the parameters over from their `values`; K from `estimate` (a TurnKEstimate) if that is in use."""
+        """Load the settings from the parameters' `values`; K from `estimate` (a TurnKEstimate) if that is in use."""
         self._active = values[GAIN_TAU] > 0.0
         self._scheduled = self._scheduled and self._active
         self._delay = values[GAIN_TAU] + 0.5 / values[LOOP_HZ]

@@ -29,7 +29,7 @@ class SteeringConfig:
         self.rate_limit = 0.0
 
     def load(self, values):
-        """Take the parameters over from their `values`."""
+        """Load the settings from the parameters' `values`."""
         self.feed_forward = values[FF_GAIN]
         self.turn_offset = values[TURN_OFFSET]
         self.gravity_c = values[GRAVITY_C]
@@ -39,7 +39,7 @@ class SteeringConfig:
 
 
 class Steering:
-    """State of the inner loop: `asked`, the steering in [-1, 1], and what limited it in `status`."""
+    """State of the inner loop: `asked`, the commanded steering in [-1, 1], and what limited it in `status`."""
 
     def __init__(self):
         self.config = SteeringConfig()
@@ -74,13 +74,13 @@ class Steering:
         self._limit(rate / full, dt)
 
     def hold(self, steering, dt):
-        """Ask for `steering` as given, within the limits."""
+        """Command `steering` as given, within the limits."""
         self.status = 0
         self.error = 0.0
         self._limit(steering, dt)
 
     def release(self):
-        """Ask for neutral steering, at once: nobody steers."""
+        """Command neutral steering at once, without the rate limit."""
         self.status = 0
         self.error = 0.0
         self.asked = 0.0

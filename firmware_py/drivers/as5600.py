@@ -1,6 +1,6 @@
 """The AS5600 magnetic encoder: 4096 steps a turn, over I2C.
 
-Its address cannot be changed, so each encoder needs an I2C bus of its own.
+Its address is fixed, so each encoder needs its own I2C bus.
 """
 
 ADDRESS = 0x36
@@ -31,11 +31,11 @@ class As5600:
         return True
 
     def has_magnet(self):
-        """True when a magnet was there at the last reading; without one the angle means nothing."""
+        """True if a magnet was detected at the last reading; without one the angle is meaningless."""
         return bool(self.magnet & _DETECTED)
 
     def magnet_advice(self):
-        """What to do about the magnet, as seen at the last reading; empty if it sits well."""
+        """Advice on the magnet's position from the last reading; empty if it is right."""
         if not self.magnet & _DETECTED:
             return "no magnet"
         if self.magnet & _TOO_WEAK:

@@ -1,6 +1,6 @@
-"""Sensors of a kite on a line whose azimuth and elevation two AS5600 encoders measure at the ground.
+"""Line-angle sensors: azimuth and elevation of the line, measured at the ground by two AS5600 encoders.
 
-They give the position and nothing else. A step of 1.5 mrad is as large as a kite's way in a tick: the estimator takes
+They give only the position. Their resolution of 1.5 mrad is what a kite moves in a tick: the estimator takes
 the course from positions COURSE_WINDOW apart.
 """
 
@@ -26,7 +26,7 @@ JUMP = 3
 
 
 class Axis:
-    """One angle of the line: an `encoder`, its raw reading at zero, and 1 or -1 for the way it counts."""
+    """One angle of the line: an `encoder`, its raw reading at zero, and 1 or -1 for its direction."""
 
     def __init__(self, encoder, zero, direction):
         self._encoder = encoder
@@ -46,7 +46,7 @@ class Axis:
 
 
 class LineAngles:
-    """The board's sensors; `refused` counts the readings that made no sample, by what was wrong with them."""
+    """The board's sensors; `refused` counts the readings that gave no sample, by reason."""
 
     def __init__(self, azimuth, elevation):
         self._azimuth = azimuth
@@ -55,7 +55,7 @@ class LineAngles:
         self.refused = [0, 0, 0, 0]
 
     def sample(self, now):
-        """Values of KITE_SENSORS in wire order, or None when a reading is missing or cannot be."""
+        """Values of KITE_SENSORS in wire order, or None if a reading is missing or impossible."""
         azimuth = self._read(self._azimuth)
         elevation = self._read(self._elevation)
         if azimuth is None or elevation is None:

@@ -4,7 +4,7 @@ PERIOD_US = 20000  # 50 pulses a second
 
 
 class Servo:
-    """Turns steering into the length of pulses, never beyond the end points.
+    """Converts steering to pulse widths, never beyond the end points.
 
     `pwm` has `duty_ns(ns)`, or else `duty_u16(share)` at a period of PERIOD_US. `minus_us`, `neutral_us` and `plus_us`
     are the pulses for steering -1, 0 and 1; a servo that turns the wrong way has the first and the last exchanged.
@@ -20,7 +20,7 @@ class Servo:
         self.write(0.0, False)
 
     def write(self, steering, armed):
-        """Go to `steering`; to neutral when not `armed`, and for what is not a number."""
+        """Go to `steering`; to neutral if not `armed`, or if it is NaN."""
         offset = 0
         if armed:
             if steering >= 1.0:

@@ -1,4 +1,4 @@
-"""From sensor samples to the kite's state: what is refused, and where the turning angle comes from."""
+"""From sensor samples to the kite's state: which samples are accepted, and the source of the turning angle."""
 
 from math import atan2, pi, radians, sin, sqrt
 
@@ -51,7 +51,7 @@ class EstimatorConfig:
         self.stale_us = 0
 
     def load(self, values):
-        """Take the parameters over from their `values`."""
+        """Load the settings from the parameters' `values`."""
         self.airspeed_nominal = values[AIRSPEED_NOM]
         self.course_source = values[COURSE_SOURCE]
         self.course_window = values[COURSE_WINDOW]
@@ -62,7 +62,7 @@ class EstimatorConfig:
 
 
 class Estimator:
-    """The kite as the controller sees it. `frame` is its position with the tangent plane."""
+    """The estimated state of the kite. `frame` is its position with the tangent plane."""
 
     def __init__(self):
         self.config = EstimatorConfig()
@@ -103,13 +103,13 @@ class Estimator:
         return self._heard
 
     def is_stale(self):
-        """True when no sample that was accepted is fresh enough to steer by."""
+        """True if no accepted sample is fresh enough to steer by."""
         return self._stale
 
     def wait(self, elapsed_us):
-        """Let `elapsed_us` pass, before what has arrived meanwhile is looked at; return True if samples are stale then.
+        """Let `elapsed_us` pass, before new samples are taken; return True if samples are then stale.
 
-        Ages are counted up instead of being differences of times: the clock may wrap, or jump.
+        Ages are accumulated instead of computed from times: the clock may wrap, or jump.
         """
         self._age_us = min(self._age_us + elapsed_us, _FOREVER_US)
         self._looked_age_us = min(self._looked_age_us + elapsed_us, _FOREVER_US)

@@ -1,8 +1,8 @@
-"""The turning-rate constant K found in flight, by recursive least squares with forgetting.
+"""In-flight estimate of the turning-rate constant K, by recursive least squares with forgetting.
 
-Over blocks of a quarter of a second, the turning of the kite (the meridians' and gravity's taken away) is held against
-what K = TURN_K would have made of airspeed and steering: the line's slope is the factor between the two constants, and
-its offset, which is found too, a steady turning that is not the steering's.
+Over blocks of 0.25 s, the turning of the kite (less meridian convergence and gravity) is regressed on
+the turning that TURN_K predicts from airspeed and steering: the slope is the ratio of the two constants, and
+the offset a steady turning that is not due to steering.
 """
 
 from math import sin
@@ -43,7 +43,7 @@ class TurnKEstimate:
         self._usable = False  # there is a last sample
 
     def load(self, values):
-        """Take the parameters over from their `values`; what was learnt stays, whatever TURN_K is now."""
+        """Load the settings from the parameters' `values`; the estimate stays if TURN_K changes."""
         turn_k = values[TURN_K]
         if self._turn_k and turn_k != self._turn_k:
             scale = turn_k / self._turn_k

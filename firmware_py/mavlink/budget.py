@@ -1,4 +1,4 @@
-"""How much the link carries: bytes a second, by the line's own speed and by what a radio tells of itself."""
+"""The link's budget: bytes per second, from the line rate and from the radio's RADIO_STATUS."""
 
 _SECOND = 1000000
 _REPORT_US = 500000  # a radio's reports are heeded this often at most: it takes a while until one shows an effect
@@ -25,13 +25,13 @@ _TEXTS_AT_ONCE = 600
 
 
 class LinkBudget:
-    """Counts the bytes sent against those that the link carries; integers only.
+    """Counts bytes sent against the link's capacity; integers only.
 
-    `most` [bytes/s] is what the line carries, 0 where that is not known. Steering and heartbeats are sent anyway and
-    counted; before acknowledgements, texts, answers and telemetry, in this order, the question for each is asked.
-    Answers take half of what a line carries, at most.
+    `most` [bytes/s] is the line's capacity, 0 if unknown. Steering and heartbeats are sent in any case and
+    counted; acknowledgements, texts, answers and telemetry, in this order, ask first.
+    Answers take at most half the capacity.
 
-    No more is let in than the line carries from one tick to the next, or steering would wait behind what is left.
+    No more is admitted than the line carries in a tick, or the next steering would wait behind it.
     """
 
     def __init__(self, most):
@@ -94,7 +94,7 @@ class LinkBudget:
         self._texts_left -= size
 
     def has_room(self):
-        """True if telemetry may be sent; the asker sends then."""
+        """True if telemetry may be sent; the caller then sends it."""
         if not self.rate or self._left > 0:
             return True
         if self._spare_us < _SPARE_US:
@@ -103,26 +103,26 @@ class LinkBudget:
         return True
 
     def is_crowded(self):
-        """True where the rate is not known and answers take so much that telemetry should come half as often."""
+        """True if the rate is unknown and answers take so much that telemetry should be sent half as often."""
         return not self.rate and self._answers_left < _CROWDED
 
     def has_answer_room(self):
-        """True if an answer may be sent; the asker sends then."""
+        """True if an answer may be sent; the caller then sends it."""
         rate = self.rate
         if self._answers_left > 0 and (not rate or self._left > rate >> 7):  # 8 ms: some answers are two frames
             return True
         return self._has_spare()
 
     def has_acknowledgement_room(self):
-        """True if an acknowledgement may be sent; the asker sends then."""
+        """True if an acknowledgement may be sent; the caller then sends it."""
         return self._acknowledgements_left > 0 and self._has_line_room()
 
     def has_text_room(self):
-        """True if a text may be sent; the asker sends then."""
+        """True if a text may be sent; the caller then sends it."""
         return self._texts_left > 0 and self._has_line_room()
 
     def longest(self):
-        """Bytes that a frame which may be cut should have at most, so that steering waits no longer than 16 ms."""
+        """Maximum size in bytes of a frame that can be split, so that steering waits no longer than 16 ms."""
         return self.rate >> 6 if self.rate else _MOST
 
     def _has_line_room(self):
@@ -136,7 +136,7 @@ class LinkBudget:
         return True
 
     def hear_radio(self, free):
-        """A RADIO_STATUS says that `free` percent of the radio's buffer are left; beyond 100 it does not know."""
+        """A RADIO_STATUS reports `free` percent of the radio's buffer; above 100 is unknown."""
         if free > 100 or (self._heard_us < _REPORT_US and self.rate):
             return
         self._heard_us = 0

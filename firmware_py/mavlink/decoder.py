@@ -1,7 +1,7 @@
 """Finds MAVLink frames, version 1 and 2, in a stream of bytes or in datagrams.
 
-It scans for whole frames instead of running a state machine over each byte: some fifteen times faster on a board.
-Whatever arrives, nothing is raised; what cannot be used is counted.
+It scans for complete frames instead of running a state machine over each byte: about fifteen times faster on a board.
+It never raises; unusable bytes and frames are counted.
 """
 
 import struct
@@ -19,8 +19,8 @@ _EVERYBODY = 0  # as the target of a message: any system, any component
 class Decoder:
     """`feed` bytes, then call `next_frame` until it returns False; a frame is then in the attributes.
 
-    Frames for other systems and components than `own_system` and `own_component` are counted in `foreign`, and that is
-    all that they do; an `own_system` of 0 is all of them.
+    Frames for other systems and components than `own_system` and `own_component` are only counted in `foreign`;
+    an `own_system` of 0 accepts all of them.
     """
 
     def __init__(self, size=2048):
@@ -46,7 +46,7 @@ class Decoder:
         self.overflowed = 0
 
     def feed(self, data):
-        """Take `data` in. What does not fit is dropped and counted in `overflowed` [bytes]."""
+        """Take in `data`. What does not fit is dropped and counted in `overflowed` [bytes]."""
         if self._start:
             rest = self._end - self._start
             self._view[:rest] = self._view[self._start : self._end]
@@ -64,7 +64,7 @@ class Decoder:
     def next_frame(self, whole=False):
         """Find the next good frame; False when there is none.
 
-        `whole`: the bytes end with a datagram, so a frame that is not complete will never be.
+        `whole`: the bytes end with a datagram, so an incomplete frame stays incomplete.
         """
         buffer = self._buffer
         while self._start < self._end:

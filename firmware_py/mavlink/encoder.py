@@ -1,4 +1,4 @@
-"""Writes MAVLink 2 frames into a buffer that is made once."""
+"""Writes MAVLink 2 frames into a preallocated buffer."""
 
 import struct
 

@@ -14,12 +14,12 @@ class MavlinkLink:
     """Moves messages between an inbox and a transport.
 
     The transport has `read() -> bytes or None`, `write(memoryview)`, and `datagrams`: True where bytes arrive in
-    whole datagrams. A frame never spans two of them. It may have `bytes_per_s`, where its line carries no more, and
-    `from_peer`: False where the last bytes came from somebody else than the peer that is configured. Samples and ticks
+    whole datagrams. A frame never spans two of them. It may have `bytes_per_s`, the capacity of its line, and
+    `from_peer`: False if the last bytes did not come from the configured peer. Samples and ticks
     of a bridge are taken from that peer only, and ticks only in `lockstep`.
 
-    Three components number their frames apart, as a ground station counts what is missing by component: the autopilot
-    itself; 25, whose KITE_STATE most ground stations do not know; 26, whose frames the bridge takes off.
+    Three components number their frames separately, because ground stations count losses by component: the autopilot
+    itself; 25, whose KITE_STATE most ground stations do not know; 26, whose frames the bridge removes.
     """
 
     def __init__(self, transport):
@@ -44,9 +44,9 @@ class MavlinkLink:
             encoder.system = system
 
     def receive(self, inbox, most=_BYTES_AT_ONCE):
-        """Put what has arrived for us into `inbox`, up to a lockstep tick; return the bytes taken.
+        """Put messages for this system into `inbox`, up to a lockstep tick; return the number of bytes read.
 
-        Nothing more is read once `most` bytes were.
+        Reading stops after `most` bytes.
         """
         decoder = self.decoder
         transport = self._transport
@@ -87,19 +87,19 @@ class MavlinkLink:
         return size
 
     def answer(self, message, values):
-        """Send what somebody asked for; whoever calls has asked `budget.has_answer_room` first."""
+        """Send an answer; the caller has checked `budget.has_answer_room`."""
         self.budget.spend_on_answer(self.send(message, values))
 
     def flush(self):
-        """Hand what is queued to the transport."""
+        """Pass the queued bytes to the transport."""
         if self._filled:
             self._transport.write(self._out_view[: self._filled])
             self._filled = 0
 
     def counters(self):
-        """(bad CRC, of no use here, lost by sequence number, bytes dropped), since start.
+        """(bad CRC, unusable here, lost by sequence number, bytes dropped), since start.
 
-        Of no use are unknown messages, those for others, and samples and ticks from where they may not come.
+        Unusable are unknown messages, those for others, and samples and ticks from other peers.
         """
         decoder = self.decoder
         useless = decoder.unknown + decoder.foreign + self.refused

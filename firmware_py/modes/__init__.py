@@ -1,1 +1,1 @@
-"""Which mode holds, and what happens when samples, the ground station or height are missing."""
+"""Modes, and the fail-safes for missing samples, a silent ground station and low elevation."""

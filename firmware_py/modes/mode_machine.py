@@ -1,4 +1,4 @@
-"""Modes, arming, and what happens when something is missing: samples, the ground station, height."""
+"""Modes, arming, and the fail-safes for missing samples, a silent ground station and low elevation."""
 
 from math import radians
 

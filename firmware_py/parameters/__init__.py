@@ -1,1 +1,1 @@
-"""The parameters: their values, and how they outlive a loss of power or a watchdog reset."""
+"""The parameters: their values, and their storage across power loss and watchdog reset."""

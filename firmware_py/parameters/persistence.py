@@ -13,7 +13,7 @@ _STATIONS = 8  # ground stations that are told what happened at the start
 
 
 class Keeper:
-    """Loads at the start, then looks once a tick whether there is something to keep.
+    """Loads at the start, then checks once per tick whether there is something to store.
 
     `storage` and `retained` are a board's (boards/interface.py); each may be None. Flash is never written while armed.
     """
@@ -52,7 +52,7 @@ class Keeper:
         self._keep()  # at once: what an earlier flight left there must not be taken for this one
 
     def update(self, elapsed_us):
-        """Keep what has changed; `elapsed_us` since the last call. Next to nothing to do where nothing has changed."""
+        """Store changes; `elapsed_us` since the last call. Almost free if nothing has changed."""
         if self._writes_left < _WRITES:
             self._earning_us += elapsed_us
             if self._earning_us >= _WRITE_AGAIN_US:
@@ -73,7 +73,7 @@ class Keeper:
                 self.save()
 
     def greet(self, system):
-        """A ground station of this `system` id is there: tell it once what happened at the start."""
+        """A ground station of this `system` id was heard: report once what happened at the start."""
         if system not in self._greeted and len(self._greeted) < _STATIONS:
             self._greeted.append(system)
             for severity, text in self._report:

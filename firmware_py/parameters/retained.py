@@ -1,4 +1,4 @@
-"""What a flight needs to go on after a watchdog reset, in memory that such a reset leaves alone.
+"""What is needed to resume a flight after a watchdog reset, in memory that survives it.
 
 Parameters that were changed in flight are not on flash yet, and the board must know that it was flying.
 """
@@ -22,14 +22,14 @@ class Recovery:
         self._buffer = bytearray(self._end + 2)
 
     def write(self, parameters, armed):
-        """Keep all values, and whether the kite flies. Takes a board 2 ms: call it on a change, not each tick."""
+        """Store all values, and whether the kite is armed. Takes a board 2 ms: call it on a change, not each tick."""
         buffer = self._buffer
         struct.pack_into(_LAYOUT, buffer, 0, _CONTRACT, armed, *parameters.values)
         struct.pack_into("<H", buffer, self._end, crc_bytes(buffer, 0, self._end, START))
         self._retained.write(buffer)
 
     def load(self, parameters):
-        """Set `parameters` to what was kept; return whether the kite was armed, or None where nothing valid is."""
+        """Set `parameters` from memory; return whether the kite was armed, or None if there is nothing valid."""
         data = self._retained.read()
         end = self._end
         if len(data) < end + 2 or struct.unpack_from("<H", data, end)[0] != crc_bytes(data, 0, end, START):

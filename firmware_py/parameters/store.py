@@ -1,8 +1,8 @@
-"""The parameters on flash: two slots, of which a power cut can spoil neither.
+"""The parameters on flash: two slots, neither of which a power cut can corrupt.
 
 A record is a header (magic, generation, count), `count` entries (name, value) and a CRC-16 over all of it. The values
-are float32, byte by byte as they were set. The newest whole record counts. A save goes into a temporary file, which
-then takes the place of the other slot: whenever the power fails, the last set that was stored is still there, whole.
+are float32, byte by byte as they were set. The newest valid record counts. A save goes into a temporary file, which
+then replaces the other slot: whenever the power fails, the last stored set is still there, complete.
 """
 
 import struct
@@ -22,7 +22,7 @@ _CRC_BYTES = 2
 
 
 class LoadReport:
-    """What came of a load; names are str."""
+    """Result of a load; names are str."""
 
     def __init__(self):
         self.found = False  # there was a whole record
@@ -40,9 +40,9 @@ class ParameterStore:
         self._storage = storage
 
     def load(self, parameters):
-        """Set `parameters` to what is stored, and to their defaults where nothing usable is; return a LoadReport.
+        """Set `parameters` to their stored values, or to defaults if there are none; return a LoadReport.
 
-        Where no whole record is found, nothing is set.
+        If no valid record is found, nothing is set.
         """
         report = LoadReport()
         record, _, _ = self._newest(report)
@@ -54,14 +54,14 @@ class ParameterStore:
         return report
 
     def holds(self, parameters):
-        """True if the newest record has them all as they are."""
+        """True if the newest record holds exactly these values."""
         newest, _, generation = self._newest(LoadReport())
         return newest is not None and _entries(newest) == _entries(_pack(parameters, generation))
 
     def save(self, parameters):
-        """Store `parameters`; return False if the storage failed. Writes nothing where the newest record has it all.
+        """Store `parameters`; return False if the storage failed. Writes nothing if they are stored already.
 
-        Stalls a board for some 100 ms, and wears flash: call it only when disarmed.
+        Stalls a board for about 100 ms, and wears the flash: call it only when disarmed.
         """
         newest, slot, generation = self._newest(LoadReport())
         record = _pack(parameters, generation + 1)

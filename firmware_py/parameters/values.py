@@ -1,4 +1,4 @@
-"""The parameters' present values, and the rules by which a new one is taken or refused."""
+"""The parameters' present values, and the rules for accepting new ones."""
 
 from ..generated_enums import (
     MAV_PARAM_ERROR_DOES_NOT_EXIST,
@@ -23,7 +23,7 @@ UNKNOWN = -1
 
 
 class Parameters:
-    """`values` by index. `version` counts the changes: who keeps a copy looks whether it moved."""
+    """`values` by index. `version` counts the changes, so that users of a copy notice them."""
 
     def __init__(self):
         self.values = list(DEFAULTS)
@@ -56,7 +56,7 @@ class Parameters:
         return 0
 
     def set(self, index, value):
-        """Set a value that was not refused; the same one again is no change."""
+        """Set a value that was not refused; setting the same value is not a change."""
         if self.values[index] != value:
             self.version += 1
         self.values[index] = value  # (a zero has a sign)

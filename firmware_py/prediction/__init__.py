@@ -1,1 +1,1 @@
-"""The kite's state carried forward over the dead time, with the steering that is still on its way."""
+"""Prediction of the kite's state over the dead time, with the steering already sent."""

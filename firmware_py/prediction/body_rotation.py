@@ -1,4 +1,4 @@
-"""How a kite on the unit sphere moves on: position gamma, nose h and b = gamma x h turn as one rigid body."""
+"""Motion of a kite on the unit sphere: position gamma, nose h and b = gamma x h rotate as one rigid body."""
 
 from math import atan2, cos, sin, sqrt
 
@@ -11,12 +11,12 @@ class BodyRotation:
         self._x = self._y = self._z = 0.0
 
     def begin(self):
-        """Go back to no rotation."""
+        """Reset to no rotation."""
         self._w = 1.0
         self._x = self._y = self._z = 0.0
 
     def turn(self, gamma, nose, side):
-        """Turn on by a rotation vector [rad], given in the body's own present gamma, h and b."""
+        """Rotate further by a rotation vector [rad], given in the body's present gamma, h and b."""
         half = 0.5 * sqrt(gamma * gamma + nose * nose + side * side)
         w = cos(half)
         share = 0.5 * sin(half) / half if half > 1e-6 else 0.5
@@ -39,7 +39,7 @@ class BodyRotation:
         self._z = w0 * z + x0 * y - y0 * x + z0 * w
 
     def carry(self, start, heading, end):
-        """Set `end` to where a kite at `start` (both frames) with this `heading` [rad] gets to; return its heading."""
+        """Set `end` to where a kite from `start` (both frames) with `heading` [rad] arrives; return its heading."""
         up = cos(heading)
         across = sin(heading)
         w = self._w

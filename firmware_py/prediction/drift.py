@@ -1,8 +1,8 @@
-"""The kite's velocity over the next moments: through the air along its nose, and drifting with the wind.
+"""The kite's predicted velocity: through the air along its nose, plus the wind.
 
-Where course, heading and airspeed are measured, what velocity is not airspeed along the nose is the wind across the
-tether. It turns past a kite that turns: M. Erhard and H. Strauch, "Control of towing kites for seagoing vessels"
-(2013). Where they are not, the angle from heading to course stays as it is.
+If course, heading and airspeed are measured, the velocity minus the airspeed along the nose is the wind across the
+tether. It is fixed in space while the kite turns: M. Erhard and H. Strauch, "Control of towing kites for seagoing
+vessels" (2013). If they are not, the angle from heading to course is constant.
 """
 
 from math import atan2, cos, sin, sqrt
@@ -34,7 +34,7 @@ class Drift:
         self._angle = 0.0  # from heading to course
 
     def forget(self):
-        """Start anew with the next sample."""
+        """Restart with the next sample."""
         self.blown = False
 
     def observe(self, kite, airspeed):
@@ -71,7 +71,7 @@ class Drift:
         self._rest_sideways = self.sideways - self._crosswind
 
     def turn(self, turned):
-        """The velocity when the kite has turned by `turned` [rad] since the sample."""
+        """Update the velocity for a kite that has turned by `turned` [rad] since the sample."""
         along = cos(turned)
         beside = sin(turned)
         self.forward = self._rest_forward + self._tailwind * along + self._crosswind * beside

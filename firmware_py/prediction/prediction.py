@@ -1,8 +1,8 @@
-"""The kite's state carried forward over the dead time, to where the steering decided on now will be felt.
+"""Prediction of the kite's state over the dead time, to when the steering decided now will act.
 
-The steering already sent turns the kite on the way there, through the actuator's limits, by the turning-rate law
+The steering already sent turns the kite until then, through the actuator's limits, by the turning-rate law
 (J. H. Baayen, 2012, equation 1) with gravity (M. Erhard and H. Strauch, 2013); a kite that does not turn flies a great
-circle. A few arcs make up the way. The rotation vector of each is that of constant rates plus the first term of
+circle. The path consists of a few arcs. The rotation vector of each is that of constant rates plus the first term of
 Magnus' series for a turning rate that changes: exact for constant steering, of fourth order else.
 """
 
@@ -46,7 +46,7 @@ class PredictionConfig:
         self.smoothing = 0.0
 
     def load(self, values):
-        """Take the parameters over from their `values`."""
+        """Load the settings from the parameters' `values`."""
         self.delay_us = int(values[PRED_DELAY] * 1e6 + 0.5)
         self.period_us = int(1000000 / values[LOOP_HZ])
         self.stale_us = int(values[STALE_TIME] * 1e6)
@@ -58,11 +58,11 @@ class PredictionConfig:
 
 
 class Prediction:
-    """The kite where the steering decided on now will be felt: what the control laws want of an estimate.
+    """The predicted kite, with all that the control laws need from an estimate.
 
-    `speed` is that across the unit sphere [1/s], `turning_ratio` how much the nose must turn for the course to turn by
-    one. `steered_turning` is what the actuator makes of the steering there [rad/s of the nose], `turning_slew` how fast
-    it changes that at most [rad/s^2], 0 for no limit.
+    `speed` is that across the unit sphere [1/s], `turning_ratio` the ratio of heading rate to course rate.
+    `steered_turning` is the turning rate of the actual steering there [rad/s of the nose], `turning_slew` how fast the
+    actuator can change it [rad/s^2], 0 for no limit.
     """
 
     def __init__(self, history):

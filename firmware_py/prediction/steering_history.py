@@ -1,7 +1,7 @@
-"""The steering already asked for, and what the actuator makes of it: a rate limit and a saturation after a dead time.
+"""The commanded steering, and a model of the actuator's response: rate limit and saturation after a dead time.
 
-Steering is counted in whole units of 2^-20: sums of integers round nowhere and take no memory, and every platform
-comes to the same ones. Time is counted in ticks of the loop.
+Steering is counted in units of 2^-20: sums of integers are exact and allocate nothing, and every platform
+gives the same ones. Time is counted in ticks of the loop.
 """
 
 from array import array
@@ -18,7 +18,7 @@ _MOST = 1 << 21  # a measured steering beyond this is no steering
 
 
 class SteeringHistory:
-    """A ring of what each tick asked for, and an actuator model that goes through it.
+    """A ring buffer of each tick's commanded steering, and an actuator model that is run over it.
 
     The model is led to some tick by `begin`, and on by `advance`, which leaves what it did in `total` (steering times
     ticks), `moment` (the same weighted with the time from the middle of the stretch) and `position`.
@@ -48,7 +48,7 @@ class SteeringHistory:
         self.saturation = int(values[PRED_SAT] * ONE) if values[PRED_SAT] else ONE
 
     def note(self, asked, ticks):
-        """Remember the steering `asked` in this tick, `ticks` after the last one that was noted."""
+        """Store the steering commanded (`asked`) in this tick, `ticks` after the last one."""
         ticks = min(ticks, ROOM)
         while ticks > 1:  # a loop that was held up: the actuator kept what it had
             self._push(self._asked[(self._count - 1) & _INDEX])
@@ -58,7 +58,7 @@ class SteeringHistory:
     def begin(self, ticks, partial, measured):
         """Go to where the steering commanded `ticks` ago has `partial` of its tick left to act; 0 is all of it.
 
-        There the actuator is at the `measured` steering, in the model's units, or where the model has it when None.
+        There the actuator is at the `measured` steering, in the model's units, or at the model's own if None.
         """
         self._next = self._count - ticks
         if measured is not None:
@@ -71,9 +71,9 @@ class SteeringHistory:
             self.position = self._model
 
     def advance(self, partial, ticks, tail):
-        """Go on by `partial` of a tick, then `ticks` whole ones, then half of one if `tail`.
+        """Advance by `partial` of a tick, then `ticks` whole ones, then half of one if `tail`.
 
-        In that half the steering that was asked for last is held on.
+        In that half, the last commanded steering is held.
         """
         before = moment = 0.0
         if partial:

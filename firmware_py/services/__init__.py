@@ -1,1 +1,1 @@
-"""What ground stations are told and may ask: inbox, dispatcher, a file for each kind of request, telemetry."""
+"""Messages to and from ground stations: inbox, dispatcher, a file for each kind of request, telemetry."""

@@ -1,4 +1,4 @@
-"""Commands: each copy that comes is acknowledged to whoever sent it, and a copy changes nothing that the first did."""
+"""Commands: each copy is acknowledged to its sender, and only the first changes anything."""
 
 from ..generated_enums import (
     KITE_MODE_TRACK,

@@ -1,4 +1,4 @@
-"""Requests that wait until the target curve has been checked, which takes several ticks, while others go past."""
+"""Requests that wait for the check of the target curve, which takes several ticks, while others proceed."""
 
 from ..control.figure_eight import CURVE_PARAMETERS, CurveCheck
 from ..generated_enums import KITE_VALID_DISTANCE

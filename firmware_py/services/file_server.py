@@ -1,4 +1,4 @@
-"""Serves the parameters' metadata by MAVLink's file transfer (FILE_TRANSFER_PROTOCOL), and refuses everything else.
+"""Serves the parameter metadata by MAVLink's file transfer (FILE_TRANSFER_PROTOCOL), and refuses everything else.
 
 A station has one session, number 0: some (mavsdk 4.1.0) say 0 whatever number they were given. Nothing is kept of a
 station but the file that it opened last and where its burst has come to, so that requests may be repeated, also after

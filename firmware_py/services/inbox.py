@@ -1,4 +1,4 @@
-"""Where received messages wait for the control loop: the newest sample, the lockstep tick, and bounded queues."""
+"""Received messages that wait for the control loop: the newest sample, the lockstep tick, and bounded queues."""
 
 from ..clock import ticks_diff
 from ..mavlink.generated_messages import (
@@ -76,11 +76,11 @@ class _Urgent:
 
 
 class Inbox:
-    """Samples and ticks go past the queues, so that no flood of requests can hold them up.
+    """Samples and ticks bypass the queues, so that no flood of requests can delay them.
 
-    What changes something (`orders`) does not wait behind what only asks (`questions`). Disarming, and PARK, wait for
-    nobody: `urgent` holds them with the number of orders that came before. Each of the two has places of its own there,
-    and where these are taken the newest of the kind takes the last of them: all of a kind do the same.
+    Requests that change something (`orders`) do not wait behind those that only read (`questions`). Disarm and PARK
+    wait for nothing: `urgent` holds them with the number of orders that came before. Each of the two has its own places
+    there, and when these are full, a new one replaces the last: all of a kind do the same.
     """
 
     def __init__(self):

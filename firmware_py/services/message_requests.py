@@ -1,4 +1,4 @@
-"""What a ground station may ask to be told, once or regularly: REQUEST_MESSAGE and message intervals."""
+"""Messages on request, once or periodically: REQUEST_MESSAGE and message intervals."""
 
 from ..generated_enums import (
     KITE_MODE_MANUAL,
@@ -49,7 +49,7 @@ _OFF = -1
 
 
 class MessageRequests:
-    """Over the `telemetry`, which has the messages that are sent regularly."""
+    """Uses the `telemetry`, which has the periodic messages."""
 
     def __init__(self, link, telemetry):
         self._link = link

@@ -1,4 +1,4 @@
-"""Parameters on the wire: listed at a pace that a link carries, read by name or index, set or refused."""
+"""The parameter protocol: lists within the link's budget, reads by name or index, sets."""
 
 from ..control.figure_eight import CURVE_PARAMETERS
 from ..generated_enums import (
@@ -18,7 +18,7 @@ _REFUSALS = 8  # that wait for room on the link
 
 
 class ParameterRequests:
-    """Answers go to all who listen, as MAVLink has it: a station that asks for the list joins one that is going on."""
+    """Answers are broadcast, as MAVLink specifies: a station that requests the list joins one in progress."""
 
     def __init__(self, parameters, modes, link, say):
         self._parameters = parameters

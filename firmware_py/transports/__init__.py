@@ -1,1 +1,1 @@
-"""Ways for bytes to reach the firmware and leave it."""
+"""Transports: how bytes reach and leave the firmware."""

@@ -6,7 +6,7 @@ _MOST = 512
 
 
 class FileTransport:
-    """A stream. The device must be in raw mode; its speed and settings are whoever's who opened the other end."""
+    """A stream. The device must be in raw mode; whoever opened it has set its speed."""
 
     datagrams = False
 
@@ -16,7 +16,7 @@ class FileTransport:
         self._poll.register(self._file, select.POLLIN)
 
     def read(self):
-        """What has arrived, or None. A byte at a time: MicroPython's file would wait for more."""
+        """What has arrived, or None. One byte per call: MicroPython's file would wait for more."""
         data = bytearray()
         try:
             while len(data) < _MOST and self._readable(0):

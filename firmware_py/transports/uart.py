@@ -7,11 +7,11 @@ _NAP_US = 200  # between two looks: two bytes at 115200 baud
 
 
 class UartTransport:
-    """A stream over `uart`, which has `any()`, `readinto(buffer)` and `write(data)`, and waits for nothing itself.
+    """A stream over `uart`, which has `any()`, `readinto(buffer)` and `write(data)`, and never blocks.
 
-    `bytes_per_s` is what the line carries, 0 where that is no limit.
-    `received` counts the bytes that came, wrapped; `lost` those that found no room to be sent. A frame cut short is
-    found by its checksum, as on any radio.
+    `bytes_per_s` is the line's capacity, 0 if unlimited.
+    `received` counts the bytes received, wrapped; `lost` those that could not be sent. A truncated frame is
+    detected by its checksum, as on any radio.
     """
 
     datagrams = False

@@ -15,7 +15,7 @@ _GONE = None  # in the place of the time at which a station was heard: longer ag
 
 
 class UdpTransport:
-    """Datagrams to and from one peer; what others send does not get in."""
+    """Datagrams to and from one peer; those of others are ignored."""
 
     datagrams = True
     from_peer = True  # the last datagram came from the peer that is configured
@@ -35,7 +35,7 @@ class UdpTransport:
             self._read_into = self._socket.recv_into
 
     def read(self):
-        """One datagram, or None; good until the next call."""
+        """One datagram, or None; valid until the next call."""
         try:
             size = self._read_into(self._buffer)
         except OSError:  # nothing there, or the peer is gone
@@ -65,7 +65,7 @@ class _Station:
 class UdpStations:
     """Datagrams to and from several ground stations: the one at `host`, and up to _OTHERS that have sent something.
 
-    A station that goes on sending keeps its place; one that has been silent for five seconds gives way to a new one.
+    A station that keeps sending keeps its place; one that has been silent for five seconds is replaced by a new one.
     `from_peer` tells whether the last datagram came from `host` and `port` themselves. The socket takes the same number
     for its own port, where that is free, so that others find it.
     """
@@ -87,7 +87,7 @@ class UdpStations:
             pass
 
     def read(self):
-        """One datagram, or None; its sender is sent to from now on, where there is a place."""
+        """One datagram, or None; from now on its sender is sent to, if there is a place."""
         try:
             data, sender = self._socket.recvfrom(_LONGEST)
         except OSError:

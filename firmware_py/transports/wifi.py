@@ -1,4 +1,4 @@
-"""UDP over Wi-Fi: joins, and joins again when the network is gone, while the loop flies on."""
+"""UDP over Wi-Fi: connects, and reconnects after a loss, without blocking the loop."""
 
 from ..clock import MASK, ticks_diff
 
@@ -28,7 +28,7 @@ class WifiTransport:
 
     @property
     def from_peer(self):
-        """True if what was read last came from the peer that is configured."""
+        """True if the last data came from the configured peer."""
         return self._udp.from_peer
 
     def read(self):
@@ -39,7 +39,7 @@ class WifiTransport:
         return data
 
     def write(self, data):
-        """Send `data` as one datagram; without a network it is lost. Called each tick, so the network is seen to."""
+        """Send `data` as one datagram; without a network it is lost. Called each tick; keeps the network connected."""
         now = self._ticks_us()
         if ticks_diff(now, self._looked) >= _LOOK_US:
             self._looked = now

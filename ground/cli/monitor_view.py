@@ -77,7 +77,7 @@ def _flight(state: VehicleState) -> list[tuple[str, str]]:
         ("turning angle", f"{_degrees(kite.course):>8} deg   target {_degrees(kite.target_course):>8} deg"
                           f"   error {_degrees(error):>8} deg"),
         ("azimuth", f"{_degrees(kite.azimuth):>8} deg   elevation {_degrees(kite.elevation):>5} deg"),
-        ("steering", f"{kite.steering_asked:>+8.3f}       measured {measured}"),
+        ("steering", f"{kite.steering_asked:>+8.3f}       actual {measured}"),
         ("airspeed", f"{kite.airspeed:8.1f} m/s{airspeed}"),
         ("tether force", force),
         ("limits", limits or "none"),

@@ -1,7 +1,7 @@
-"""What is wrong with the flight or the link, in words that say what to do about it.
+"""What is wrong with the flight or the link, and what to do about it.
 
-Advice follows from what is known. A silent link says nothing about the flight; a firmware that stood still, or sensors
-that do, say nothing about the gains. Only after these are ruled out is a swinging kite blamed on its gain.
+Advice follows from what is known. A silent link says nothing about the flight; a firmware that stopped, or sensors
+that froze, say nothing about the gains. Only after these are ruled out is an oscillation blamed on the gain.
 """
 
 import math
@@ -130,7 +130,7 @@ class Advisor:
     def _overruns(self) -> str | None:
         if not self._states or (grown := self._states[-1][1].overruns - self._states[0][1].overruns) <= 0:
             return None
-        return f"{grown} overruns in the last 10 s: lower STATE_HZ, or LOOP_HZ while disarmed"
+        return f"overruns: {grown} in the last 10 s; lower STATE_HZ, or LOOP_HZ while disarmed"
 
     def _late(self) -> str | None:
         connection = self._session.connection
@@ -158,7 +158,7 @@ class Advisor:
     def _dropped(self) -> str | None:
         if not self._states or (grown := self._states[-1][1].samples_dropped - self._states[0][1].samples_dropped) <= 0:
             return None
-        return f"{grown} implausible samples dropped in the last 10 s: check the sensors"
+        return f"implausible samples dropped: {grown} in the last 10 s; check the sensors"
 
     def _broken_links(self) -> str | None:
         problems = [link.problem for link in self._session.links.all if link.problem]

@@ -1,1 +1,1 @@
-"""What both command lines share: answers to mistakes, paths of pictures, optional packages."""
+"""Shared by both command lines: answers to mistakes, plot files, optional packages."""

@@ -1,4 +1,4 @@
-"""The known word that somebody who misspelt one may have meant."""
+"""Suggestions for misspelt words."""
 
 import difflib
 from collections.abc import Iterable

@@ -1,4 +1,4 @@
-"""How the command lines of kitepilot answer a mistake: in one line, with what may have been meant."""
+"""How the command lines answer a mistake: in one line, with a suggestion."""
 
 import argparse
 from collections.abc import Iterator
@@ -17,7 +17,7 @@ class Parser(argparse.ArgumentParser):
         super().__init__(*args, allow_abbrev=False, **keywords)
 
     def parse_args(self, args: Any = None, namespace: Any = None) -> Any:  # type: ignore[override]
-        """As argparse does, but with a proposal for an option that is misspelt."""
+        """As argparse does, but with a suggestion for a misspelt option."""
         parsed, unknown = self.parse_known_args(args, namespace)
         if unknown:
             *_, last = self._path(parsed)

@@ -1,4 +1,4 @@
-"""Packages that only some uses need, and what is said where one is missing."""
+"""Packages that only some uses need, and the message if one is missing."""
 
 
 class ExtraMissingError(Exception):

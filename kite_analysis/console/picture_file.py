@@ -1,4 +1,4 @@
-"""Where a picture may be written: one rule for every command that draws one."""
+"""Where a plot may be written: one rule for every command that draws one."""
 
 import os
 from pathlib import Path
@@ -10,11 +10,11 @@ ENDINGS_IN_WORDS = f"{', '.join(ENDINGS[:-1])} or {ENDINGS[-1]}"
 
 
 class FileRefusedError(Exception):
-    """A file cannot be written where it was asked for; the text says why, in one line."""
+    """A file cannot be written at the requested place; the text says why, in one line."""
 
 
 def check_picture(path: Path, force: bool) -> None:
-    """See that a picture can be drawn and written to `path`, before the flight or the work that it shows.
+    """Check that a plot can be drawn and written to `path`, before the flight or the work that it shows.
 
     Raises:
         FileRefusedError: the ending names no format; or as `check_new_file`.
@@ -29,10 +29,10 @@ def check_picture(path: Path, force: bool) -> None:
 
 
 def check_new_file(path: Path, force: bool) -> None:
-    """See that `path` can be written; a folder that is not there will be made.
+    """Check that `path` can be written; a missing folder will be created.
 
     Raises:
-        FileRefusedError: it is there already and `force` is not set, or its folder takes no files.
+        FileRefusedError: it exists and `force` is not set, or its folder is not writable.
     """
     if path.exists() and not force:
         raise FileRefusedError(f"{path}: already exists: give another name, or --force to overwrite it")

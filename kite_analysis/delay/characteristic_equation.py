@@ -1,11 +1,11 @@
-"""The whole loop's characteristic equation: its value, slope and expansion, and how many roots it has where.
+"""The whole loop's characteristic equation: value, slope, expansion, and the number of roots in a half-plane.
 
 On a great circle and with small errors, inner and outer loop together obey (derived in docs/delay.md)
 
     s^2 + w^2 + P exp(-s tau') (s + L w) / (1 + s lag) = 0,
 
 w the speed over the line length, tau' the dead time with half a period of the loop, `lag` the actuator's time constant.
-The term w^2 is the sphere's: two great circles meet again. Without it (w^2 = 0, L = 0, no lag) a root at 0 and those
+The term w^2 comes from the sphere: great circles converge. Without it (w^2 = 0, L = 0, no lag) a root at 0 and those
 of J. H. Baayen (2012), s + P exp(-s tau) = 0, are left.
 """
 
@@ -25,7 +25,7 @@ _MOST_GAIN = 1e30  # far beyond this the terms overflow
 
 
 class Loop(NamedTuple):
-    """What the gains have to cope with: tau' [s], speed over line length [1/s], the actuator's time constant [s]."""
+    """The loop that the gains are for: tau' [s], speed over line length [1/s], the actuator's time constant [s]."""
 
     loop_delay_s: float
     speed_over_length: float
@@ -77,7 +77,7 @@ def expansion(loop: Loop, gains: Gains, centre: complex, degree: int, scale: flo
 def count_roots(loop: Loop, gains: Gains, right_of: float) -> int:
     """How many roots have a real part above `right_of` [1/s], by the argument principle; none may have just that one.
 
-    All of them lie within `_reach` of 0. The phase is followed along the upper half of a rectangle around them; the
+    All of them lie within `_reach` of 0. The phase is tracked along the upper half of a rectangle around them; the
     lower half adds the same.
     """
     far = _reach(loop, gains, right_of)
@@ -111,7 +111,7 @@ def _reach(loop: Loop, gains: Gains, right_of: float) -> float:
 
 
 def check_equation(loop: Loop, gains: Gains) -> None:
-    """Raises ValueError, in one line, where the equation has no delay, or a number in it that cannot be."""
+    """Raises ValueError, in one line, if the equation has no delay or an invalid number."""
     if not 0.0 < loop.loop_delay_s < math.inf:
         raise ValueError(f"loop delay of {loop.loop_delay_s:g} s: must be longer than zero, and finite")
     if not 0.0 <= loop.speed_over_length < math.inf:

@@ -1,10 +1,10 @@
 """Roots of the whole loop's characteristic equation, none missed: found by a spectral method, then counted.
 
-Of what the loop remembers, only the wanted turning rate is needed over a dead time. It is held at Chebyshev nodes,
+Of the loop's history, only the wanted turning rate is needed, over one dead time. It is held at Chebyshev nodes,
 along which it travels, and the eigenvalues of that finite system converge to the rightmost roots of the equation (see
 characteristic_equation.py) faster than any power of the number of nodes (the method of D. Breda, S. Maset and
 R. Vermiglio, "Pseudospectral differencing methods for characteristic roots of delay differential equations", 2005).
-Newton's method takes single ones to rounding, clusters are refined as a whole, and the argument principle says whether
+Newton's method refines single roots to rounding, clusters are refined as a whole, and the argument principle verifies
 all are there.
 """
 
@@ -37,14 +37,14 @@ _LEAST_GAP = 1e-6  # between real parts, for a count between them, as a share of
 
 
 def rightmost_roots(loop: Loop, gains: Gains, count: int = 8) -> ComplexArray:
-    """The `count` roots [1/s] that lie furthest right, or one more where that would part a pair; rightmost first.
+    """The `count` rightmost roots [1/s], or one more to keep a conjugate pair together; rightmost first.
 
-    Fewer where the others lie so far left that rounding hides them (with P near 0 they go to minus infinity), but at
+    Fewer if the others lie so far left that rounding hides them (with P near 0 they go to minus infinity), but at
     least one. A multiple root is given as often as it counts; so are roots that rounding hides from each other.
 
     Raises:
         ValueError: the loop has no positive delay, or a gain is negative or not finite.
-        ArithmeticError: the roots found are not as many as the argument principle counts.
+        ArithmeticError: the number of roots found differs from the argument principle's count.
     """
     check_equation(loop, gains)
     best = np.zeros(0, dtype=complex)
@@ -93,7 +93,7 @@ def _rightmost(loop: Loop, gains: Gains, values: ComplexArray, count: int) -> Co
 
 
 def decay_rates(loop: Loop, inner_p: ArrayLike, outer_l: ArrayLike) -> Array:
-    """Real part [1/s] of the rightmost root for each pair of gains: negative where errors die out.
+    """Real part [1/s] of the rightmost root for each pair of gains: negative where errors decay.
 
     `inner_p` [1/s] and `outer_l` are broadcast against each other; the result has their common shape. For a map: right
     to about 1e-6 / tau', but not counted root by root as in `rightmost_roots`.

@@ -1,4 +1,4 @@
-"""A picture of a gain design: how fast errors die out over (P, L), and the roots in the complex plane."""
+"""Plot of a gain design: decay rate over (P, L), and the roots in the complex plane."""
 
 import math
 from typing import Any

@@ -1,4 +1,4 @@
-"""The numbers of a gain design as lines of a table for a person, and as a dictionary for a script."""
+"""The numbers of a gain design, as lines for a person and as a dictionary for a script."""
 
 import math
 from typing import Any
@@ -15,7 +15,7 @@ _MOST_PERIODS_LIMIT = 5000  # the same for its limit
 def paper_lines(delay_s: float, loop_hz: float, present_p: float) -> list[str]:
     """The paper's limit and optimum for dead time `delay_s` [s], 0 or more, without and with a loop at `loop_hz` [Hz].
 
-    `present_p` [1/s] is held against the limits. Raises ValueError as `kite_analysis.delay.inner_loop.loop_delay`.
+    `present_p` [1/s] is compared with the limits. Raises ValueError as `kite_analysis.delay.inner_loop.loop_delay`.
     """
     sampled_s, tick = loop_delay(delay_s, loop_hz), "at tau'"
 
@@ -69,7 +69,7 @@ def whole_loop_dictionary(design: Design, delay_s: float, loop_hz: float) -> dic
 
 
 def is_stable(design: Design) -> bool:
-    """Whether errors die out with the present gains."""
+    """Whether errors decay with the present gains."""
     return design.rate < 0.0
 
 

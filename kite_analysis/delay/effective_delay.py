@@ -1,10 +1,10 @@
-"""What jitter and loss of the radio link cost, as dead time: the mean age of what the kite is steered by.
+"""Jitter and loss of the radio link as additional dead time: the mean age of the data that the kite is steered by.
 
 Both directions take the newest frame and hold it until a newer one comes. The effective delay is the time mean of
 the age of the measurement behind the steering that acts, less the half period that belongs to sampling anyway, so that
 tau' = tau + T/2 holds with it. The ages of the two directions are independent and add up.
 
-For one direction, let A(a) be the chance that a frame has come at most `a` after it was sent: without jitter, 0 before
+For one direction, let A(a) be the probability that a frame arrives within `a` of being sent: without jitter, 0 before
 the link's delay and 1 - loss from then on. With a frame each period T, the newest that is there at a random moment is
 older than a + k T, 0 <= a < T, if those sent a, a + T, ... a + k T ago are all missing. Hence
 
@@ -17,7 +17,7 @@ the value at a = 0 in the place of the integral. In closed form, each direction 
     jitter up to +-T/2, steering    nothing; with more of it newer frames overtake, and the age falls below the delay
     jitter up to +-T/2, samples     T/2, if the delay is a whole number of periods: half of the frames miss their tick
 
-Where it holds. The loop sees the mean of exp(-s age), which is exp(-s mean) (1 + s^2 variance / 2): a scattered age
+Validity. The loop sees the mean of exp(-s age), which is exp(-s mean) (1 + s^2 variance / 2): a varying age
 acts as its mean with a little less gain. The limit of the mean age is therefore on the safe side, by about
 1.2 (scatter / tau')^2 of itself near the paper's limit. Simulated limits were 0 to 3 % above it for a scatter up to
 0.15 tau', and 11 % at 0.33 tau', with delays of 0.1 to 0.4 s, loss up to 60 % and jitter up to half the delay.
@@ -46,9 +46,9 @@ class Path(NamedTuple):
 
 
 class EffectiveDelay(NamedTuple):
-    """Effective delay of a loop, what samples and steering have of it, and the age's standard deviation; all in s.
+    """Effective delay of a loop, the shares of samples and steering in it, and the age's standard deviation; all in s.
 
-    The scatter is without the sawtooth that holding a command for a period gives to every loop.
+    The standard deviation excludes the sawtooth from holding a command for a period, which every loop has.
     """
 
     delay_s: float

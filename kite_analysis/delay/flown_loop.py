@@ -1,18 +1,18 @@
-"""The loop as a kite flies it: by the plain law, with the target's rate fed forward, or with the delay predicted.
+"""The loop as flown: under the plain law, with rate feed-forward, or with prediction.
 
 In the whole loop's terms (characteristic_roots.py: d the cross-track error, c the course's against the
 target's direction, w speed over line length) the kite's turning rate is what was decided a dead time ago,
 
     r = P (L d - c) + F (omega + L d'),    d' = -w c,    c' = w d + r - omega,
 
-where omega is the rate at which the target's own direction turns and F the share of the target's rate that is fed
-forward. The target is aimed at from where the kite is, so that its rate has L d' in it, which is in the loop: it acts
-as F L w more of P. With a = (-w, s) E the answer of (d, c) to r, E = exp(-s tau'), errors go with exp(s t) where
+where omega is the rate at which the target's own direction turns and F the fraction of the target's rate in the
+feed-forward. The kite aims at the target from its own position, so the target's rate contains L d', which acts
+like F L w added to P. With a = (-w, s) E the response of (d, c) to r, E = exp(-s tau'), the modes are exp(s t) with
 
     s^2 + w^2 + P (a_c - L a_d) + F L w a_c = 0,
 
 which for F = 0 is the whole loop's equation. Prediction over h has the same form: with the matrix A of d' and c' above,
-the state that is acted on is a = (I + exp(A h) (exp(-s tau) - exp(-s h))) (-w, s). Where h is tau the delay is gone,
+the state used by the loops is a = (I + exp(A h) (exp(-s tau) - exp(-s h))) (-w, s). Where h is tau the delay is gone,
 and any P and L are stable up to what sampling takes; an error of h brings exp(-s tau) - exp(-s h) back in, and with it
 a limit near P = 1 / |tau - h|.
 
@@ -52,7 +52,7 @@ class FlownLoop(NamedTuple):
 
 
 def flown_limit(loop: FlownLoop, outer_l: float) -> float:
-    """Least P [1/s] at which the loop with outer gain `outer_l` no longer converges; 0 where none does.
+    """Lowest P [1/s] at which the loop with outer gain `outer_l` no longer converges; 0 if none does.
 
     On the imaginary axis P must be real: P = -M / N, with N what P multiplies and M the rest. The prediction acts half
     a period further on, which deals with the hold, and is stable up to P = 1 / T by itself.
@@ -77,7 +77,7 @@ def flown_limit(loop: FlownLoop, outer_l: float) -> float:
 def following_error(loop: FlownLoop, gains: Gains, eight: TargetEight) -> float:
     """Cross-track error, RMS [rad], that following `eight` with `gains` leaves, where the loop is stable.
 
-    As far as errors are small: atan(L d) flattens out beyond, steering saturates, and gusts come on top.
+    For small errors: for large ones atan(L d) saturates, so does steering, and gusts come on top.
     """
     rate, period_s = turning_of(eight, loop.speed_over_length)
     harmonics = np.fft.rfft(rate)[: _HARMONICS + 1] / len(rate)

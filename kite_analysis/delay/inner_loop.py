@@ -1,9 +1,9 @@
-"""How delay in the loop limits the inner loop's gain.
+"""How the delay limits the inner loop's gain.
 
 With the turning-rate law cancelled, the turning-angle error obeys de/dt (t) = -P e(t - tau), whose characteristic
 roots s solve s + P exp(-s tau) = 0. The results are those of J. H. Baayen, "Trajectory tracking control of kites
 with system delay" (2012), sections "A delay differential equation" and "Trajectory tracking control with delay".
-`tau` is the dead time of links and actuator; `loop_delay` adds what sampling costs.
+`tau` is the dead time of links and actuator; `loop_delay` adds the effect of sampling.
 """
 
 import math
@@ -12,7 +12,7 @@ import numpy as np
 
 
 def stability_limit(tau_s: float) -> float:
-    """Least gain P, in 1/s, at which the loop with dead time `tau_s` [s] no longer converges: pi / (2 tau).
+    """Lowest gain P, in 1/s, at which the loop with dead time `tau_s` [s] no longer converges: pi / (2 tau).
 
     Baayen (2012), Lemma 3.2 and Proposition 4.1.
 
@@ -24,7 +24,7 @@ def stability_limit(tau_s: float) -> float:
 
 
 def optimal_gain(tau_s: float) -> float:
-    """Gain P, in 1/s, with the quickest worst-case convergence for dead time `tau_s` [s]: 1 / (e tau).
+    """Gain P, in 1/s, with the fastest worst-case convergence for dead time `tau_s` [s]: 1 / (e tau).
 
     Baayen (2012), Lemma 3.3 and Proposition 4.1.
 
@@ -67,7 +67,7 @@ def lambert_w_real_part(a: np.ndarray, branch: int) -> np.ndarray:
 
 
 def decay_rate(gain: float, tau_s: float) -> float:
-    """Real part, in 1/s, of the rightmost root of s + P exp(-s tau) = 0: negative when errors die out.
+    """Real part, in 1/s, of the rightmost root of s + P exp(-s tau) = 0: negative if errors decay.
 
     The error shrinks like exp(decay_rate * t) in the worst case, with `gain` P [1/s] and `tau_s` [s]. The root is
     W_0(-P tau) / tau; it lies furthest left, at -1 / tau, for the optimal gain (Baayen (2012), Lemma 3.3).

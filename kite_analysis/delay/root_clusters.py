@@ -1,10 +1,10 @@
 """Roots of an analytic function from approximations to them, multiple roots included.
 
-Eigenvalues that stand for an m-fold root come out on a circle around it, as wide as the m-th root of rounding, some
-1e-4 of the scale for a threefold one; which way they point is the processor's. Newton's method does not mend that:
-within that circle the function itself is below rounding. What is well determined is the cluster as a whole: its mean,
-and how many belong to it. So approximations that lie close together are refined together, as the roots of the
-function's Taylor polynomial at their mean, and what the function cannot tell apart is given as the mean, m times.
+Eigenvalues of an m-fold root lie on a circle around it with a radius of the m-th root of rounding, about
+1e-4 of the scale for a triple one; their angles depend on the processor. Newton's method does not help:
+within that circle the function itself is below rounding. Well determined is the cluster as a whole: its mean
+and its size. So approximations that lie close together are refined together, as the roots of the
+function's Taylor polynomial at their mean; roots that the function cannot separate are returned as the mean, m times.
 """
 
 from collections.abc import Callable, Iterator

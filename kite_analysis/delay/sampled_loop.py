@@ -1,4 +1,4 @@
-"""The whole loop as it is flown, sample by sample: a check on the half period that stands for sampling elsewhere.
+"""The sampled whole loop, solved exactly: a check on the half period that represents sampling elsewhere.
 
 A steering command holds for a period T. In the whole loop's equation (characteristic_roots.py) that is half a
 period more of dead time, which is right for slow roots: it neglects (s T)^2 / 24 beside 1. Here the kite's motion

@@ -1,7 +1,7 @@
 """Gains for inner and outer loop together: the limit, the best pair, and the margins of a given pair.
 
 The equation and the names of its terms are in characteristic_equation.py. J. H. Baayen (2012) analyses the
-inner loop alone, on the ground that the outer loop is much slower; here that is not assumed. The paper's limit is the
+inner loop alone, assuming a much slower outer loop; here that is not assumed. The paper's limit is the
 one at L = 0 and w = 0.
 """
 
@@ -20,10 +20,10 @@ _ZOOM_POINTS = 21
 
 
 class Margins(NamedTuple):
-    """What can still change before errors stop dying out.
+    """Margins to the stability limit.
 
-    `gain`: the factor by which P may grow; below 1 it is too large already. `delay_s` [s]: by how much the dead time
-    may grow; negative is by how much it is too long; None where no delay at all would do.
+    `gain`: the factor by which P may grow; below 1, P is too high. `delay_s` [s]: by how much the dead time
+    may grow; if negative, by how much it is too long; None if unstable at any delay.
     """
 
     gain: float
@@ -31,10 +31,10 @@ class Margins(NamedTuple):
 
 
 class Design(NamedTuple):
-    """All numbers about one loop and the gains that it has. Gains P in 1/s; rates are real parts in 1/s.
+    """All numbers for one loop and its present gains. Gains P in 1/s; rates are real parts in 1/s.
 
     `limit`: greatest P at the present L, 0 where there is none; `greatest_outer_l`: from this L on there is none;
-    `best` with `best_rate`: the pair whose slowest error dies out fastest; `rate`: that of the present gains.
+    `best` with `best_rate`: the pair whose slowest mode decays fastest; `rate`: that of the present gains.
     """
 
     loop: Loop
@@ -49,7 +49,7 @@ class Design(NamedTuple):
 
 
 def design(loop: Loop, present: Gains) -> Design:
-    """The design for `loop`, and where the gains `present` stand.
+    """The design for `loop`, compared with the gains `present`.
 
     Raises:
         ValueError: see `check`, and `rightmost_roots`.
@@ -62,7 +62,7 @@ def design(loop: Loop, present: Gains) -> Design:
 
 
 def check(loop: Loop) -> None:
-    """Raises ValueError, in one line, where a whole loop cannot be designed: no speed, or a delay beyond all use."""
+    """Raises ValueError, in one line, if a whole loop cannot be designed: no speed, or an impossible delay."""
     tau_s, w, lag_s = loop
     if not 0.0 < w < math.inf:
         raise ValueError(f"speed over length of {w:g} 1/s: must be positive and finite")
@@ -79,8 +79,8 @@ def check(loop: Loop) -> None:
 def greatest_outer_l(loop: Loop) -> float:
     """The L from which on no P is stable: 1 / tan(w tau' + atan(w lag)), which is near 1 / (w (tau' + lag)).
 
-    At a small P the loop swings at w, where two great circles meet and part again; the outer loop damps that if its
-    answer is not later than this. 0 if no L is small enough.
+    At a small P the loop oscillates at w, as great circles converge and diverge; the outer loop damps that if its
+    response is not later than this. 0 if no L is small enough.
     """
     tau_s, w, lag_s = loop
     angle = w * tau_s + math.atan(w * lag_s)

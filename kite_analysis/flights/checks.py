@@ -1,4 +1,4 @@
-"""What a table of a flight is checked for before anything is fitted to it: times that grow, units that can be."""
+"""Checks of a flight's table before anything is fitted to it: increasing times, plausible units."""
 
 from pathlib import Path
 
@@ -19,7 +19,7 @@ Rows = list[tuple[int, list[str]]]
 
 
 def check_times(time_s: Array, names: list[str], rows: Rows, column: Column, path: Path) -> None:
-    """Raises FlightDataError where times [s] (n,) of `rows` (line, fields) are missing, do not grow, or jump far."""
+    """Raises FlightDataError if times [s] (n,) of `rows` (line, fields) are missing, do not increase, or jump far."""
     unknown = np.flatnonzero(~np.isfinite(time_s))
     if len(unknown):
         raise FlightDataError(f"{path}: line {rows[int(unknown[0])][0]}: no time")
@@ -36,7 +36,7 @@ def check_times(time_s: Array, names: list[str], rows: Rows, column: Column, pat
 
 
 def check_span(time_s: Array, where: str) -> None:
-    """Raises FlightDataError where a uniform grid over the growing times [s] (n,) would be next to empty."""
+    """Raises FlightDataError if a uniform grid over the increasing times [s] (n,) would be almost empty."""
     usual_s, span_s = float(np.median(np.diff(time_s))), float(time_s[-1] - time_s[0])
     if span_s > _LARGEST_GRID * len(time_s) * usual_s:
         raise FlightDataError(f"{where}: {len(time_s)} rows about {usual_s:g} s apart cannot span {span_s:g} s: "
@@ -44,7 +44,7 @@ def check_span(time_s: Array, where: str) -> None:
 
 
 def check_period(period_s: float) -> None:
-    """Raises FlightDataError where rows every `period_s` [s] are too few for a kite's turns."""
+    """Raises FlightDataError if rows every `period_s` [s] are too few for a kite's turns."""
     if period_s > 1.001 * _LONGEST_PERIOD_S:
         raise FlightDataError(
             f"one row every {period_s:.3g} s is too few: turns need one every {_LONGEST_PERIOD_S:g} s or more often, "
@@ -54,7 +54,7 @@ def check_period(period_s: float) -> None:
 
 
 def check_units(values: dict[str, Array], path: Path) -> None:
-    """Raises FlightDataError where half of a quantity's values, in SI units and radians, are beyond all reason."""
+    """Raises FlightDataError if half of a quantity's values, in SI units and radians, are implausible."""
     for quantity, (most, unit) in _MOST.items():
         known = np.abs(values.get(quantity, np.zeros(0)))
         known = known[np.isfinite(known)]

@@ -1,4 +1,4 @@
-"""What the columns of a recorded flight mean: a small TOML file, so that other teams' logs can be read.
+"""The meaning of a recorded flight's columns, from a small TOML file, so that any team's logs can be read.
 
     title = "..."                     # said above the results
     attribution = "..."               # shown wherever the data or a result from it is shown
@@ -12,12 +12,12 @@
     column = "phase"
     values = ["reel-out"]
 
-A time that falls into two columns, whole seconds and the fraction, is both together:
+For a time in two columns, whole seconds and fraction, name both:
 
     time = { column = "seconds", unit = "s", fraction = "micros", fraction_unit = "us" }
 
 `factor = 0.01` may stand for `unit`. Values become SI units, radians, and steering of -1 to 1, in the project's
-signs. A stretch longer than `max_gap_s` without a value is left out. `set_steering` may say
+signs. A gap longer than `max_gap_s` is left out. `set_steering` may say
 `holds = "since_previous_row"` when a new command in a row means that it was given since the row before; otherwise it
 holds "until_next_row".
 """
@@ -49,11 +49,11 @@ _HOLDS = ("until_next_row", "since_previous_row")
 
 
 class FlightDataError(Exception):
-    """A file cannot be read as a flight, or used as one; the text says what is wrong and where, in one line."""
+    """A file cannot be read or used as a flight; the text says what is wrong and where, in one line."""
 
 
 class Column(NamedTuple):
-    """Where a quantity stands: the file's value times `factor` is ours."""
+    """Column of a quantity: the file's value times `factor` is the value used."""
 
     column: str
     factor: float
@@ -86,7 +86,7 @@ def load_description(path: Path) -> ColumnDescription:
     """Read the description at `path`.
 
     Raises:
-        FlightDataError: it cannot be read, or says something that cannot be.
+        FlightDataError: it cannot be read, or is invalid.
     """
     try:
         content = tomllib.loads(path.read_text("utf-8"))
@@ -122,7 +122,7 @@ def load_description(path: Path) -> ColumnDescription:
 
 
 def no_phase(description: ColumnDescription) -> str:
-    """What is said of a file without a row in the described phase."""
+    """The message for a file without a row in the described phase."""
     values = ", ".join(str(value) for value in description.phase_values)
     return f"no row has {description.phase_column} {values}"
 

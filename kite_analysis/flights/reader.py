@@ -1,4 +1,4 @@
-"""Reads a flight for identification from whatever holds it: a run log, a tlog, a CSV file."""
+"""Reads a flight for identification from a run log, a tlog or a CSV file."""
 
 from pathlib import Path
 

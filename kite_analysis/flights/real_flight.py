@@ -1,8 +1,8 @@
-"""Recorded flights of a real kite, read into the frames and signs that everything here uses.
+"""Recorded flights of a real kite, converted to the project's frames and signs.
 
 The data: Schelbergen, Schmehl, Buchholz, Breuer and Peschel (TU Delft and Kitepower B.V., thekitepower.com), flight
-of 8 October 2019, CC-BY 4.0, github.com/awegroup/Flightdata08102019. What its columns mean stands in
-`descriptions/v3_20191008.toml`, and nowhere else.
+of 8 October 2019, CC-BY 4.0, github.com/awegroup/Flightdata08102019. Its columns are described in
+`descriptions/v3_20191008.toml` only.
 """
 
 from pathlib import Path

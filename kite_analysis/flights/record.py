@@ -1,4 +1,4 @@
-"""A flight on one uniform time grid, whatever it was read from: what identification works on."""
+"""A flight on a uniform time grid, from any source: the input of identification."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -68,8 +68,8 @@ def stretches(usable: Array, least: int = 1) -> Iterator[slice]:
 def record_from_table(table: FlightTable, description: ColumnDescription, where: str) -> FlightRecord:
     """The flight in `table` on a grid of the median time between rows; `where` names it in errors.
 
-    Sensors that are read less often than rows are written, with empty fields or old values between, are taken at the
-    moments of their readings alone.
+    Sensors that are read less often than rows are written, with empty fields or old values between, are used only at the
+    times of their readings.
 
     Raises:
         FlightDataError: no row lies in the described phase.
@@ -117,7 +117,7 @@ def make_record(series: dict[str, Series], rows_s: Array, title: str, attributio
 
 
 def interpolate(series: Series, time_s: Array, angle: bool = False) -> Array:
-    """`series` at `time_s` (n,), straight between readings; NaN outside of them and in gaps that are too long.
+    """`series` at `time_s` (n,), linear between readings; NaN outside of them and in long gaps.
 
     An `angle` is unwrapped first: it turns by less than half a circle from one reading to the next.
     """
@@ -149,7 +149,7 @@ def hold(series: Series, time_s: Array, angle: bool = False) -> Array:
 
 
 def fresh_readings(values: Array) -> Array:
-    """True in the rows (n,) where a sensor was read, for one whose old value is repeated between its readings.
+    """True in the rows (n,) where a sensor was read, for a sensor whose value is repeated between readings.
 
     A sensor is taken to be such a one if its value changes in less than every other row, as a rule. Where it is
     equal for longer than that, readings are assumed at their usual distance.

@@ -1,4 +1,4 @@
-"""A CSV file of a flight, gzipped or not, as columns in our units and signs."""
+"""A CSV file of a flight, gzipped or not, as columns in the project's units and signs."""
 
 import csv
 import gzip

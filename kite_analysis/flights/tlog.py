@@ -15,7 +15,7 @@ def frame_length(start: bytes | bytearray) -> int:
     """Length in bytes of the MAVLink 1 or 2 frame whose first three bytes, or more, are `start`.
 
     Raises:
-        ValueError: this is not the start of a frame that anyone could read, or fewer than three bytes are given.
+        ValueError: this is not the start of a MAVLink frame, or fewer than three bytes are given.
     """
     if len(start) < _START:
         raise ValueError(f"the length of a frame needs {_START} bytes, not {len(start)}")
@@ -29,7 +29,7 @@ def frame_length(start: bytes | bytearray) -> int:
 
 
 def tlog_entry(time_us: int, frame: bytes) -> bytes:
-    """What a tlog holds of one whole `frame`, received or sent `time_us` microseconds after 1970 (UTC)."""
+    """The tlog entry of one complete `frame`, received or sent `time_us` microseconds after 1970 (UTC)."""
     return _STAMP.pack(time_us) + frame
 
 
@@ -66,7 +66,7 @@ def read_tlog(path: str | Path) -> Iterator[tuple[int, bytes]]:
     """Yield (microseconds, frame) for every frame of the tlog at `path`; a frame cut off at the end is left out.
 
     Raises:
-        ValueError: what stands where a frame should start is not one; names the file and the offset in bytes.
+        ValueError: there is no frame where one should start; names the file and the offset in bytes.
         OSError: the file cannot be read.
     """
     offset = 0

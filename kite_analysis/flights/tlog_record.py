@@ -1,4 +1,4 @@
-"""A recorded tlog as a flight for identification: KITE_STATE, and KITE_SENSORS where there are more of them."""
+"""A recorded tlog as a flight for identification: KITE_STATE, or KITE_SENSORS if there are more of them."""
 
 from collections.abc import Iterator
 from pathlib import Path

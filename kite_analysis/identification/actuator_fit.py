@@ -1,8 +1,8 @@
-"""The steering actuator, identified from set and actual steering: dead time, rate limit, saturation.
+"""The steering actuator, identified from commanded and actual steering: dead time, rate limit, saturation.
 
 Dead time, rate limit and saturation are first found together, by least squares between the model's position and the
-recorded one; the model starts anew from the recorded position every 10 s. A real actuator takes time to get up to
-speed, which such a fit trades for a lower rate limit. The rate limit is therefore measured where the model says that
+recorded one; the model restarts from the recorded position every 10 s. A real actuator takes time to get up to
+speed, which such a fit absorbs in a lower rate limit. The rate limit is therefore measured where, by the model,
 it has long been reached: the mean speed over the middle of each long slew. The dead time is then the best one for
 that rate limit, so that it holds the time to get up to speed as well: what the tangent to a step response gives.
 On the three public cycles the fit of all three gives 0.45, 0.47 and 0.44 s with 0.196 to 0.207 per second, this way
@@ -33,7 +33,7 @@ _HALVINGS = 6
 
 
 class ActuatorFit(NamedTuple):
-    """The actuator; None where the flight never came to a limit. `_std` are standard deviations.
+    """The actuator; None for a limit that the flight never reached. `_std` are standard deviations.
 
     The dead time's covers the spread over the flight and the uncertainty of when, between two rows, a command came
     (see `FlightRecord.command_slack_s`). `steering_reached` is the largest actual steering: a saturation of None lies

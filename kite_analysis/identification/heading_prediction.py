@@ -1,9 +1,9 @@
-"""How well a fitted law predicts the heading of a flight that it was not fitted to.
+"""How well a law predicts the heading of a flight that it was not fitted to.
 
 The law is integrated open loop over short windows, from the recorded angle at each window's start, with the recorded
 airspeed, elevation and azimuth, and either the actual steering as recorded or what the actuator's model makes of the
 commanded steering. The angle in the gravity term is the predicted one. A window starts at every row after which it fits
-into an unbroken stretch, so that the result does not hang on where windows happen to begin.
+into an unbroken stretch, so that the result does not depend on where windows begin.
 
 Candidates, on the three public cycles, each predicted from fits on the others (one cycle 6 times, two 3 times): the
 worst and the mean of these nine, RMS in degrees over 2 s / 5 s, and the same from the commanded steering.
@@ -54,10 +54,10 @@ class PredictionError(NamedTuple):
 def fit_model(records: Sequence[FlightRecord], angle: str | None = None) -> TurningModel:
     """The model of the kite that flew `records`: one law for all of them, both sides smoothed alike.
 
-    The actuator is the mean of those of the flights; None where a set or an actual steering is missing.
+    The actuator is the mean of those of the flights; None if a commanded or an actual steering is missing.
 
     Raises:
-        FlightDataError: the flights cannot tell.
+        FlightDataError: the flights do not determine it.
     """
     law = identify_together(list(records), angle, smooth_both=True)
     if not all(record.has("steering") and record.has("set_steering") for record in records):
@@ -123,7 +123,7 @@ def cross_predictions(records: Sequence[FlightRecord], windows_s: Sequence[float
     """The worst of the cross-fits for each source and window; no flight is predicted by a model fitted to it.
 
     Raises:
-        FlightDataError: the flights cannot tell; there must be two at least.
+        FlightDataError: the flights do not determine it; at least two are needed.
     """
     if len(records) < 2:
         raise FlightDataError("cross-fits need at least two flights")

@@ -1,4 +1,4 @@
-"""Plots of an identification: what was measured against what the fitted law and actuator make of it."""
+"""Plots of an identification: measured values against the fitted law and actuator."""
 
 from typing import Any
 

@@ -1,6 +1,6 @@
-"""The turning-rate law, identified from a flight by least squares; the equation stands in `turning_rates`.
+"""The turning-rate law, identified from a flight by least squares; the equation is in `turning_rates`.
 
-What the choices cost, on the reel-out of the three public cycles in tests/data/flight: meridian convergence
+Effect of the choices, on the reel-out of the three public cycles in tests/data/flight: meridian convergence
 takes 4 to 8 % off the power of the residual, and 0.6 to 1.1 m/s2 off the gravity constant, into which most of it
 goes if it is left out; smoothing both sides instead of the rate alone adds 1.1 to 1.4 % to K, by which the smoothing
 over 1.1 s flattens sharp turns.
@@ -30,7 +30,7 @@ class LawFit(NamedTuple):
     """The law, as identified; `_std` are standard deviations (see `blocked_std`).
 
     `lag_s` is that of the angle's rate on the steering; None if the best one lies at an end of the search, and then
-    the rest is without a lag. `steering` says whether the actual steering was used or, for want of it, the set one.
+    the rest is without a lag. `steering`: "actual", or "commanded" if the actual steering is missing.
     """
 
     angle: str
@@ -56,7 +56,7 @@ def identify_law(record: FlightRecord, angle: str | None = None, transport: bool
     azimuth; `smooth_both` (see `turning_rates`) None means as the record has it.
 
     Raises:
-        FlightDataError: something is missing, or this flight cannot tell.
+        FlightDataError: something is missing, or this flight does not determine it.
     """
     return identify_together([record], angle, transport, smooth_both)
 
@@ -104,13 +104,13 @@ def fitted_rate(data: LawRows, fit: LawFit) -> Array:
 
 
 def rows_for(record: FlightRecord, fit: LawFit) -> LawRows:
-    """The rows of `record` in which the law `fit` can be tried."""
+    """The rows of `record` in which the law `fit` can be tested."""
     lag_s = fit.lag_s or 0.0
     return law_rows(record, fit.angle, fit.transport, None, (min(lag_s, 0.0), max(lag_s, 0.0)))
 
 
 def score(record: FlightRecord, fit: LawFit) -> float:
-    """R2 of the law `fit`, found elsewhere, on the selected rows of `record`."""
+    """R2 of the law `fit`, fitted to other data, on the selected rows of `record`."""
     data = rows_for(record, fit)
     return r_squared(data.rate - data.transport, data.rate - fitted_rate(data, fit))
 

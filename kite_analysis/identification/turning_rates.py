@@ -2,8 +2,8 @@
 
     d(psi)/dt = K Va u + offset + c2 / Va sin(psi) cos(elevation) + transport
 
-(Erhard and Strauch, 2013; Baayen, 2012, equation 1), u the steering some lag before. Transport is the turning of the
-meridians: a kite that does not turn flies a great circle, on which its angle against the meridian changes. While the
+(Erhard and Strauch, 2013; Baayen, 2012, equation 1), u the steering a lag earlier. Transport is meridian
+convergence: a kite that does not turn flies a great circle, on which its angle against the meridian changes. While the
 azimuth grows by d(lambda), the meridians at the kite turn by sin(elevation) d(lambda) about its position, so that
 transport = -sin(elevation) d(azimuth)/dt; for a kite that moves along its nose at the angular rate w, that is
 w sin(psi) tan(elevation). It is taken from the recorded azimuth.
@@ -79,7 +79,7 @@ def law_rows(record: FlightRecord, angle: str, transport: bool, smooth_both: boo
 
 
 def regressors(data: LawRows, lag_s: float) -> Array:
-    """What K, the offset and the gravity constant are the factors of: (m, 3)."""
+    """The regressors of K, the offset and the gravity constant: (m, 3)."""
     turning = _averaged(data.airspeed * shifted(data.steering, lag_s / data.period_s), data)
     return np.column_stack([turning, np.ones(len(data.rows)), _averaged(data.gravity, data)])
 

@@ -1,1 +1,1 @@
-"""How fast it goes, and what a tick costs under MicroPython."""
+"""Benchmarks: simulation speed, and the cost of a tick under MicroPython."""

@@ -1,4 +1,4 @@
-"""How fast it goes: real-time factor, time per firmware tick and per plant step."""
+"""Simulation speed: real-time factor, time per firmware tick and per plant step."""
 
 import platform
 import time

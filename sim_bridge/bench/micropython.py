@@ -1,6 +1,6 @@
-"""What a tick costs under MicroPython: memory, time, the collector's pauses, and an estimate for a board.
+"""Cost of a tick under MicroPython: memory, time, collector pauses, and an estimate for a board.
 
-A scenario is flown here with the firmware in memory, and its ticks are recorded; MicroPython then plays them into
+A scenario is flown with the firmware in memory, and its ticks are recorded; MicroPython then replays them to
 the same firmware, which in lockstep does the same to the bit, and measures itself.
 """
 

@@ -1,1 +1,1 @@
-"""Putting the firmware onto a board: lay out its files, copy them, hear it answer."""
+"""Installing the firmware on a board: write its files, copy them, wait for its heartbeat."""

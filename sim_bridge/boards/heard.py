@@ -19,7 +19,7 @@ def wait_for_heartbeat(settings: str, listen: str | None, say: Callable[[str], N
     `listen` is the serial port of this computer that a UART link ends at, as DEVICE[:BAUD].
 
     Raises:
-        BoardError: nothing came, or there is no way to listen.
+        BoardError: nothing was received, or listening failed.
     """
     entries = read_entries(settings) or {}
     if entries.get("LINK") == "wifi":

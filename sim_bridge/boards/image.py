@@ -28,7 +28,7 @@ _UNLIKE_A_PICO = {"esp32": {
 
 
 class BoardError(Exception):
-    """Something about a board that the user can put right; the text says what."""
+    """A problem with a board that the user can fix; the text says what."""
 
 
 def firmware_files() -> list[Path]:

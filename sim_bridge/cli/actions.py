@@ -1,4 +1,4 @@
-"""What each verb of `kite-sitl` does with its options; every function returns the exit code."""
+"""The verbs of `kite-sitl`; every function returns the exit code."""
 
 import json
 import math
@@ -33,7 +33,7 @@ def list_scenarios(options: Namespace) -> int:
         print(json.dumps([{"scenario": name, "title": title} for name, title in titles.items()]))
     else:
         for name, title in titles.items():
-            print(f"{name:20} {title}")
+            print(f"{name:30} {title}")
     return 0
 
 

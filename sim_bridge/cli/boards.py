@@ -1,4 +1,4 @@
-"""The verbs of `kite-sitl` that are about real boards."""
+"""The verbs of `kite-sitl` for real boards."""
 
 import json
 from argparse import ArgumentParser, Namespace

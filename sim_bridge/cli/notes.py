@@ -1,4 +1,4 @@
-"""How `kite-sitl` tells a person something beside the result."""
+"""Messages of `kite-sitl` besides the result."""
 
 import errno
 import sys

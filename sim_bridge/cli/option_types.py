@@ -1,4 +1,4 @@
-"""Kinds of numbers that options take, with an answer in words to what is none."""
+"""Number types for options, with error messages."""
 
 from argparse import ArgumentTypeError
 

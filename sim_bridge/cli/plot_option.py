@@ -1,4 +1,4 @@
-"""The option --plot of every verb that draws, and what becomes of it."""
+"""The option --plot, for every verb that draws."""
 
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""How far a flight has come, for a person at a terminal: nothing in a pipe."""
+"""Progress of a flight, on a terminal only."""
 
 import sys
 from types import TracebackType

@@ -1,4 +1,4 @@
-"""What `run`, `hil` and `sweep` take alike: a scenario, and changes to it."""
+"""Options shared by `run`, `hil` and `sweep`: a scenario, and changes to it."""
 
 from argparse import Namespace
 from collections.abc import Callable
@@ -10,7 +10,7 @@ def scenario_of(options: Namespace, notice: Callable[[str], None]) -> Scenario:
     """The scenario that the options name, with their changes.
 
     Raises:
-        ScenarioError: there is none, or a change cannot be.
+        ScenarioError: there is none, or a change is invalid.
     """
     scenario = load_scenario(options.scenario)
     options.set.sort(key=lambda assignment: not assignment.startswith("plant.kind"))  # other keys depend on it

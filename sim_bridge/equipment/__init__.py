@@ -1,1 +1,1 @@
-"""What the kite carries: sensors and the steering actuator."""
+"""Equipment of the kite: sensors and the steering actuator."""

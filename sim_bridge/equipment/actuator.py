@@ -28,7 +28,7 @@ class Actuator:
         return self._pending[0][0] if self._pending else float("inf")
 
     def apply_due(self, time_s: float) -> None:
-        """Make the commands felt whose time has come."""
+        """Apply the commands that are due."""
         while self._pending and self._pending[0][0] <= time_s:
             target = self._pending.popleft()[1]
             limit = self.saturation

@@ -1,4 +1,4 @@
-"""What the kite's sensors make of the truth: which quantities, how often, how exactly."""
+"""Sensor models: which quantities, how often, how accurately."""
 
 from math import atan2, hypot
 from random import Random

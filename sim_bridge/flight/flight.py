@@ -34,7 +34,7 @@ _NO_STATE = (nan,) * 21
 
 
 class TickRecord(NamedTuple):
-    """What a tick was about, for those who watch a flight."""
+    """Record of a tick, for observers of a flight."""
 
     tick: int
     time_s: float
@@ -89,7 +89,7 @@ class Flight:
         """Run one tick and fly the plant on to the next.
 
         Raises:
-            FirmwareError: the firmware did not get ready in time, or failed.
+            FirmwareError: the firmware was not ready in time, or failed.
         """
         tick, time_s = self.tick, self.time_s
         if tick == 0:
@@ -121,11 +121,11 @@ class Flight:
 
     @property
     def trouble(self) -> str | None:
-        """Why the kite can fly no more; None while it can."""
+        """Reason of a crash; None while the kite flies."""
         return self.plant.trouble
 
     def fly(self, until_s: float) -> None:
-        """Step until `until_s`, or until the kite can fly no more."""
+        """Step until `until_s`, or until the kite crashes."""
         while self.time_s < until_s - 1e-9 and not self.trouble:
             self.step()
 

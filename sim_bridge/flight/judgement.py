@@ -1,4 +1,4 @@
-"""What the bridge judges a flight by: where the kite really was, and what it cannot do without hearing.
+"""How the bridge judges a flight: from the true position, and from messages that cannot be turned off.
 
 The mode comes from HEARTBEAT, the steering asked for from the steering frames, the eight and the limits from
 PARAM_VALUE: the firmware sends all three whatever ground stations ask for. KITE_STATE, which they can turn off, is not
@@ -29,7 +29,7 @@ Columns = dict[str, Array]
 
 
 class Judge:
-    """Keeps what the kite was asked to do, tick by tick; `steering_asked` is the newest."""
+    """Records the commanded steering, tick by tick; `steering_asked` is the newest."""
 
     def __init__(self, scenario: Scenario):
         self.steering_asked = 0.0

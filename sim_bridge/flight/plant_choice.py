@@ -1,4 +1,4 @@
-"""The choice of a plant by its name."""
+"""Makes a plant by its name."""
 
 import os
 import threading
@@ -33,7 +33,7 @@ def make_plant(scenario: Scenario, position: Vector, direction: Vector) -> Plant
 
 
 def slowness(kind: str) -> str | None:
-    """What a person is told before a flight of a plant that would be compiled, and is not; None where all is well."""
+    """The warning before a flight of a plant that could be compiled but is not; None if there is nothing to warn of."""
     if kind == "turning-rate":
         return None
     if find_spec("numba") is None:

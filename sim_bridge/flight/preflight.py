@@ -1,4 +1,4 @@
-"""What happens before t = 0: parameters are loaded, the kite is armed and put into TRACK, by the usual messages."""
+"""Preflight, before t = 0: load parameters, arm, change to TRACK, by standard messages."""
 
 from math import inf
 
@@ -24,9 +24,9 @@ _REFUSALS = {
 
 
 class Preflight:
-    """Asks until everything is acknowledged; `done` then.
+    """Repeats its requests until everything is acknowledged; then `done`.
 
-    Ground stations may be talking meanwhile: answers to them count for nothing here.
+    Answers to ground stations are ignored.
     """
 
     def __init__(self, scenario: Scenario):
@@ -40,7 +40,7 @@ class Preflight:
         self.done = False
 
     def requests(self, tick: int) -> list[Message]:
-        """What to ask in this tick."""
+        """The requests of this tick."""
         if self.done:
             return []
         if self._wanted:

@@ -1,4 +1,4 @@
-"""Where a flight starts, and how the kite is led there before: straight, so that sensors and links are in use."""
+"""Where a flight starts, and the straight lead-in before it, so that sensors and links are in use."""
 
 from math import atan2, cos, exp, pi, sin, sqrt
 

@@ -1,1 +1,1 @@
-"""The radio: emulated links, the bridge's end of the wire, the way to ground stations and boards."""
+"""Links: emulated radio links, the bridge's codec, sockets and ports to ground stations and boards."""

@@ -105,7 +105,7 @@ class LinkDirection:
             self._push(time_s + self._delay(), item)
 
     def due(self, until_s: float) -> list[tuple[float, Any]]:
-        """Items that have come out by `until_s`, with their times, earliest first."""
+        """Items that have arrived by `until_s`, with their times, earliest first."""
         items = []
         while self._waiting and self._waiting[0][0] <= until_s + 1e-9:
             time_s, _, item = heapq.heappop(self._waiting)

@@ -1,4 +1,4 @@
-"""The ground stations' side of the bridge: a UDP socket, with the emulated ground link behind it."""
+"""The ground path: a UDP socket for ground stations, and the emulated ground link behind it."""
 
 import socket
 
@@ -54,12 +54,12 @@ class GroundLink:
 
 
 class GroundSocket:
-    """Where ground stations are: the address that the kite sends to, and whoever has come to ours.
+    """The ground stations: the address that the kite sends to, and those that have sent to ours.
 
-    Of those who have come the 32 heard last are sent to: one more, and the longest silent one gives way.
+    Up to 32 of the latter are sent to; a new one replaces the one that has been silent longest.
 
     Raises:
-        ScenarioError: an address that cannot be, or that another program has.
+        ScenarioError: an address is invalid, or in use by another program.
     """
 
     def __init__(self, scenario: Scenario):

@@ -1,4 +1,4 @@
-"""The cable or the radio to a board: bytes to and from a serial port or a UDP peer, with reconnection."""
+"""The link to a board: bytes to and from a serial port or a UDP peer, with reconnection."""
 
 import socket
 import time
@@ -13,7 +13,7 @@ _BITS_PER_BYTE = 10  # 8 data bits, start and stop
 
 
 class Port(Protocol):
-    """Bytes to and from a board. `bytes_per_s` is what the link carries, 0 where that is not known."""
+    """Bytes to and from a board. `bytes_per_s` is the link's capacity, 0 if unknown."""
 
     bytes_per_s: float
 
@@ -22,7 +22,7 @@ class Port(Protocol):
         ...
 
     def receive(self, timeout_s: float) -> bytes:
-        """What has come within `timeout_s`, or b""."""
+        """Bytes received within `timeout_s`, or b""."""
         ...
 
     def close(self) -> None:
@@ -48,10 +48,10 @@ def open_port(link: str, say: Callable[[str], None]) -> Port:
 
 
 class UdpPort:
-    """A board that sends to an address of this computer, as GROUND in its board.py says; it is answered there.
+    """A board that sends to an address of this computer (GROUND in its board.py); replies go to its sender address.
 
     Raises:
-        ScenarioError: nobody can listen at that address.
+        ScenarioError: cannot listen at that address.
     """
 
     bytes_per_s = 0.0
@@ -89,7 +89,7 @@ class UdpPort:
 
 
 class SerialPort:
-    """A board on a cable. When it is unplugged, this tries again each second and never raises."""
+    """A board on a cable. When it is unplugged, this retries each second and never raises."""
 
     def __init__(self, device: str, baud: int, say: Callable[[str], None]):
         self.bytes_per_s = baud / _BITS_PER_BYTE

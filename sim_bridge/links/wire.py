@@ -1,4 +1,4 @@
-"""The bridge's end of the wire: pymavlink's codec, and the messages that are the control side's own."""
+"""The bridge's codec (pymavlink's), and the messages reserved for the control path."""
 
 from typing import Any
 

@@ -1,1 +1,1 @@
-"""The kites that can be flown, behind one interface."""
+"""The plants, behind one interface."""

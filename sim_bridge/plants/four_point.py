@@ -35,7 +35,7 @@ class FourPointKite(TetheredKite):
     """The tether's last point is the control pod; nose, top, left tip and right tip come after it.
 
     Raises:
-        ScenarioError: it cannot fly there, or its sizes do not go together.
+        ScenarioError: it cannot fly there, or its sizes do not match.
     """
 
     def __init__(self, scenario: Scenario, position: Vector, direction: Vector):

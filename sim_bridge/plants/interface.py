@@ -1,4 +1,4 @@
-"""What every plant offers to the bridge."""
+"""The interface of all plants."""
 
 from typing import NamedTuple, Protocol
 
@@ -8,7 +8,7 @@ Vector = tuple[float, float, float]
 
 
 class Truth(NamedTuple):
-    """The kite as it is: unit position and velocity direction in the wind frame, angles [rad], SI units."""
+    """The true state: unit position and velocity direction in the wind frame, angles [rad], SI units."""
 
     position: Vector
     velocity: Vector  # of the unit position [1/s]
@@ -20,9 +20,9 @@ class Truth(NamedTuple):
 
 
 class Plant(Protocol):
-    """A kite on its line.
+    """A kite on its tether.
 
-    `step_s` is the longest step that it should be given; `trouble` says why it can fly no more, None while it can.
+    `step_s` is the maximum step; `trouble` is the reason of a crash, None while it flies.
     """
 
     step_s: float

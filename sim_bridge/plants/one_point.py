@@ -2,7 +2,7 @@
 
 The one-point model of U. Fechner et al., "Dynamic model of a pumping kite power system" (2015), section 2, with the
 numbers of the MIT-licensed KiteModels (KPS3). The nose points into the apparent wind; steering pushes the kite
-sideways, so that its velocity turns, and with that the apparent wind: the turning-rate law is not put in, it comes
+sideways, so that its velocity turns, and with it the apparent wind: the turning-rate law is not assumed, it
 out.
 """
 
@@ -54,11 +54,11 @@ class _Sizes(NamedTuple):
 class OnePointKite(TetheredKite):
     """The last point of the tether is kite and control pod in one.
 
-    Steps are as long as plant.step_s says, but no longer than what the tether's stiffness and the air's damping bear: 5
-    ms on 40 m of line, where half of that moves a kite that the firmware steers by 5e-4 rad in 20 s.
+    Steps are plant.step_s long, but no longer than the tether's stiffness and aerodynamic damping allow: 5
+    ms on a 40 m tether, where half of that changes the position in steered flight by 5e-4 rad in 20 s.
 
     Raises:
-        ScenarioError: it cannot fly there, or its sizes do not go together.
+        ScenarioError: it cannot fly there, or its sizes do not match.
     """
 
     def __init__(self, scenario: Scenario, position: Vector, direction: Vector):

@@ -1,4 +1,4 @@
-"""Point masses joined by stiff springs and dampers, and a way to step them that is made for that.
+"""Point masses joined by stiff springs and dampers, and an integration method for them.
 
 The method is ROS2 of J. G. Verwer et al., "A second-order Rosenbrock method applied to photochemical dispersion
 problems" (1999), a W-method: second order with any Jacobian, and L-stable. Springs and dampers are in the Jacobian,

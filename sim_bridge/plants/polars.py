@@ -1,4 +1,4 @@
-"""Lift and drag coefficients over all angles of attack, and the angle by which depowering takes some of that away.
+"""Lift and drag coefficients over all angles of attack, and the change of that angle by depowering.
 
 The polars are interpolating cubic splines with not-a-knot ends (what scipy's UnivariateSpline with k=3, s=0 gives),
 tabulated once, so that compiled code reads them:
@@ -38,7 +38,7 @@ class Polars(NamedTuple):
         """From the lists in the scenario's section `kite`.
 
         Raises:
-            ScenarioError: angles and coefficients that do not go together.
+            ScenarioError: angles and coefficients do not match.
         """
         return cls(*(_table(scenario, kind) for kind in ("lift", "drag")))
 

@@ -1,4 +1,4 @@
-"""The tether: segments of elastic line from the ground point up, with drag and weight.
+"""The tether: elastic segments from the ground point up, with drag and weight.
 
 U. Fechner et al., "Dynamic model of a pumping kite power system" (2015), section 2: each segment is a spring and a
 damper; its drag, on the flow perpendicular to it, is shared by its two ends. Point 0 is the lowest one above the

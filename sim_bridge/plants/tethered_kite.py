@@ -1,4 +1,4 @@
-"""What all kites that hang on a segmented tether have in common: wind, start, truth, and when a flight is over."""
+"""Base of all plants on a segmented tether: wind, start, truth, crash."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
@@ -58,11 +58,11 @@ class TetheredKite(ABC):
         """Direction of its nose (3,); need not be tangent to the sphere, nor of unit length."""
 
     def apparent_wind(self) -> Points:
-        """Wind that the kite feels (3,) [m/s]."""
+        """Apparent wind at the kite (3,) [m/s]."""
         return self.wind - self.kite_velocity()
 
     def feel(self, air: Air) -> None:
-        """Take the wind and the air's density at the kite's height."""
+        """Update wind and air density for the kite's height."""
         height = max(0.0, float(self.kite_position()[2]))
         self.density = air_density(height)
         self.wind[:] = wind_at(air, self._law, self._exponent, height)

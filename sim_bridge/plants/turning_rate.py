@@ -7,7 +7,7 @@ on top of meridian convergence, so that a kite that does not turn flies a great 
 for the airspeed of the glide law, Va = wind along the tether * glide ratio.
 
 The constant law scales with the wind's speed and its gusts along, and knows neither direction nor height. The glide
-law takes the whole wind at the kite's height. With no wind the kite stands still, and nothing turns it.
+law takes the whole wind at the kite's height. Without wind the kite stands still and does not turn.
 """
 
 from math import atan2, cos, hypot, sin, sqrt

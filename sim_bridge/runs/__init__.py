@@ -1,1 +1,1 @@
-"""Runs: a flight started, logged as it goes, summed up, read back."""
+"""Runs: start a flight, log it, summarise it, read it back."""

@@ -1,4 +1,4 @@
-"""Which code flies: a fingerprint of each package that decides a flight, and the versions of what it stands on."""
+"""Fingerprints of the packages that decide a flight, and the versions of their dependencies."""
 
 import platform
 from functools import lru_cache
@@ -23,7 +23,7 @@ def fingerprint(data: bytes) -> str:
 
 @lru_cache(maxsize=1)
 def code_fingerprints() -> dict[str, str]:
-    """A fingerprint of the sources of each package, as they were when this was asked first."""
+    """A fingerprint of the sources of each package, as of the first call."""
     return {name: _of_package(name) for name in _PACKAGES}
 
 
@@ -33,7 +33,7 @@ def code_fingerprint() -> str:
 
 
 def versions() -> dict[str, str]:
-    """What the code stands on, by name; what is not installed is left out."""
+    """Versions of the dependencies by name; those not installed are left out."""
     found = {"python": platform.python_version(), "machine": platform.machine(), "contract": CONTRACT_HASH}
     for name in _DISTRIBUTIONS:
         try:

@@ -1,4 +1,4 @@
-"""Files that grow together while a program may be killed, interrupted or run out of disk at any moment."""
+"""Files that grow together and stay consistent if the program is killed, interrupted or out of disk at any moment."""
 
 import os
 from collections.abc import Sequence

@@ -39,7 +39,7 @@ def fly_board(scenario: Scenario, link: str, options: RunOptions, notice: Callab
 def board_report(flight: Flight, own: tuple[float, float] | None) -> dict[str, Any]:
     """Delays of the control path [s]: the board's own (median, and how much more it can be), asked, emulated, flown.
 
-    None is what is not known, as the board's own delay where it does not send KITE_STATE.
+    None if unknown, such as the board's own delay if it does not send KITE_STATE.
     """
     board_s, jitter_s = own or (None, None)
     emulated_s = flight.delay_emulated_s
@@ -50,7 +50,7 @@ def board_report(flight: Flight, own: tuple[float, float] | None) -> dict[str, A
 
 
 def delay_problem(measured: dict[str, Any]) -> str | None:
-    """Why the delay that was flown is not the one asked for, in a line; None where it is."""
+    """Why the delay flown is not the requested one, in a line; None if it is."""
     asked_s, board_s = measured["delay_asked_s"], measured["board_delay_s"]
     asked_ms = 1000 * asked_s
     if board_s is None:
@@ -63,7 +63,7 @@ def delay_problem(measured: dict[str, Any]) -> str | None:
 
 
 def link_warnings(scenario: Scenario, bytes_per_s: float) -> list[str]:
-    """What does not fit through a link of `bytes_per_s` each way (0: not known), and what would help."""
+    """Warnings if traffic exceeds a link of `bytes_per_s` each way (0: unknown), with a remedy."""
     if not bytes_per_s:
         return []
     loop_hz = scenario.parameter("LOOP_HZ")

@@ -1,4 +1,4 @@
-"""How much of what ground stations send goes into a log: a flood must not fill the disk."""
+"""Limit on recorded ground-station input: a flood must not fill the disk."""
 
 _BURST_BYTES = 1e6
 _RATE_BYTES_S = 10e3  # twice what a telemetry radio carries
@@ -6,7 +6,7 @@ _OVERHEAD_BYTES = 8  # of a datagram, so that a flood of empty ones counts
 
 
 class InputBudget:
-    """Bytes of datagrams that a log takes: a burst at once, and a rate on top."""
+    """Bytes of datagrams that a log takes: a burst, and an average rate."""
 
     text = f"{_BURST_BYTES / 1e6:g} MB and {_RATE_BYTES_S / 1e3:g} kB/s"
 

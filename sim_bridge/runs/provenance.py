@@ -1,4 +1,4 @@
-"""What decides a flight, kept with its log: every value, the code, the versions; and what of it is another here."""
+"""Provenance of a flight: every value, the code, the versions; and what differs here."""
 
 import json
 from collections.abc import Callable
@@ -14,7 +14,7 @@ WIND_COPY = "wind.csv"
 
 
 def what_decides(scenario: Scenario) -> dict[str, Any]:
-    """All that decides how `scenario` flies, for a run.json."""
+    """Everything that decides the flight of `scenario`, for run.json."""
     return {
         "scenario": scenario.to_dict(), "defaults": _defaults(),
         "wind_file": wind_fingerprint(scenario["wind.file"]), "code": code_fingerprints(), "versions": versions(),
@@ -36,7 +36,7 @@ def wind_fingerprint(path: str) -> str | None:
 
 
 def scenario_as_logged(about: dict[str, Any], folder: Path) -> Scenario:
-    """The scenario of a run.json, with the wind of then; keys that this version does not know are left out.
+    """The scenario of a run.json, with its wind; keys unknown to this version are left out.
 
     Raises:
         ScenarioError: it holds no scenario, or its wind file is gone or changed.
@@ -54,7 +54,7 @@ def scenario_as_logged(about: dict[str, Any], folder: Path) -> Scenario:
 
 
 def differences(about: dict[str, Any]) -> list[str]:
-    """What decided the flight of a run.json and is another here, in words; the values flown are those of the log."""
+    """What decided the flight of a run.json and differs here, in words; the values flown are those of the log."""
     if "defaults" not in about:
         return ["logged by an older version, without defaults and code fingerprint"]
     found = []

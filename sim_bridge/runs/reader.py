@@ -1,4 +1,4 @@
-"""Reads run logs, whole ones and those that were cut off, up to where they are sound."""
+"""Reads run logs, complete or truncated, up to where they are valid."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Runs a scenario: brings the firmware up, flies, writes the log, sums up."""
+"""Runs a scenario: starts the firmware, flies, writes the log, summarises."""
 
 import math
 import time
@@ -60,7 +60,7 @@ class RunResult:
 
 
 def make_runtime(name: str, real_time: bool, keep_frames: bool, notice: Callable[[str], None] = print) -> Runtime:
-    """The runtime of that name; without a MicroPython interpreter CPython stands in, and `notice` is told."""
+    """The runtime of that name; without a MicroPython interpreter CPython takes its place, with a `notice`."""
     if name == "inproc":
         return InprocRuntime(keep_frames)
     if name == "micropython" and not micropython_command():
@@ -74,7 +74,7 @@ def run_scenario(scenario: Scenario, options: RunOptions, recorded: Any = None, 
     """Fly `scenario`. `recorded` is a ground path to use instead of a live one, `runtime` one that is made already.
 
     Raises:
-        ScenarioError: something about the scenario or the options cannot be.
+        ScenarioError: the scenario or the options are invalid.
         FirmwareError: the firmware failed.
     """
     if options.ground and options.runtime == "inproc":

@@ -1,4 +1,4 @@
-"""The run log: a folder from which a run can be looked at and flown again, written as the flight goes.
+"""The run log: a folder from which a run can be inspected and repeated, written during the flight.
 
 run.json         every value that decides the flight, the code and versions that flew it; at the end, the result
 truth.csv        a row a tick, floats written so that they read back to the bit
@@ -68,7 +68,7 @@ class RunLog:
             raise self._unusable(error) from error
 
     def begin(self, scenario: Scenario, about: dict[str, Any]) -> None:
-        """Make the files, and say in run.json what is about to fly.
+        """Create the files, with run.json for the coming flight.
 
         Raises:
             ScenarioError: they cannot be made.
@@ -100,7 +100,7 @@ class RunLog:
             self._commit()
 
     def finish(self, ended: str, result: dict[str, Any]) -> None:
-        """Write what is left, and into run.json why the flight ended and what came of it."""
+        """Write the rest, and in run.json why the flight ended, and its result."""
         if self._files is None and not self.ended:
             return
         self._commit()

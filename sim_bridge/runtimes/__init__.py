@@ -1,1 +1,1 @@
-"""Where the firmware runs: in this process, in one of its own, on a board; all behind one interface."""
+"""Runtimes: the firmware in this process, in its own process or on a board, behind one interface."""

@@ -79,7 +79,7 @@ class InprocRuntime:
         self.autopilot = Autopilot(self._link, lockstep=True)
 
     def start(self) -> None:
-        """Nothing to bring up."""
+        """Nothing to start."""
 
     def exchange(self, tick: int, time_s: float, samples: list[Sample], requests: list[Message],
                  datagrams: list[bytes]) -> TickOutput:

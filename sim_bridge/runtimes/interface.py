@@ -1,4 +1,4 @@
-"""How the bridge talks to the firmware, whatever it runs on.
+"""The interface between the bridge and the firmware, for all runtimes.
 
 A runtime takes what the firmware may see in a tick and gives back what it made of it. Messages are (id, values in
 wire order), as the firmware's own tables have them, so that no runtime needs to know more than that.
@@ -12,7 +12,7 @@ Message = tuple[int, tuple[Any, ...]]
 
 
 class FirmwareError(Exception):
-    """The firmware cannot be started, fell silent, or answered another tick; the text says so in one line."""
+    """The firmware cannot be started, fell silent, or answered the wrong tick; the text says so in one line."""
 
 
 class TickOutput(NamedTuple):
@@ -40,10 +40,10 @@ class Runtime(Protocol):
     lead_in_s: float  # before t = 0, for loading parameters and arming, beyond the delay of the control path
 
     def start(self) -> None:
-        """Bring the firmware up.
+        """Start the firmware.
 
         Raises:
-            FirmwareError: it does not come up.
+            FirmwareError: it does not start.
         """
         ...
 

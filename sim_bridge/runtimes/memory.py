@@ -39,7 +39,7 @@ class MemoryRuntime(WireRuntime):
         self.autopilot = Autopilot(MavlinkLink(self._transport), lockstep=True)
 
     def start(self) -> None:
-        """Nothing to bring up."""
+        """Nothing to start."""
 
     def stop(self) -> None:
         """Nothing to shut down."""

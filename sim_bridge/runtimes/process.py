@@ -1,4 +1,4 @@
-"""The firmware in a process of its own, in lockstep over UDP."""
+"""The firmware in its own process, in lockstep over UDP."""
 
 import importlib.util
 import shutil

@@ -1,4 +1,4 @@
-"""A firmware that keeps its own time: a tick of the bridge takes in whatever comes until the next one is due."""
+"""A firmware on its own clock: a tick of the bridge collects messages until the next one is due."""
 
 import time
 from collections import deque

@@ -1,4 +1,4 @@
-"""What all runtimes with a wire share: frames of a tick out, frames of the firmware back, sorted."""
+"""Base of all runtimes with a wire: sends a tick's frames, receives the firmware's, sorts them."""
 
 import time
 

@@ -1,1 +1,1 @@
-"""What is flown: the keys of a scenario, their defaults and bounds, and the sets that ship."""
+"""Scenarios: keys, defaults, bounds, and the sets that come with kitepilot."""

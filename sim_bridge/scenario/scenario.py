@@ -1,4 +1,4 @@
-"""Scenarios: TOML files with what flies, through which links, with which gains."""
+"""Scenarios: TOML files with plant, links, parameters and everything else that decides a flight."""
 
 import difflib
 import tomllib
@@ -28,10 +28,10 @@ class Scenario:
         return self.values[key]
 
     def set(self, key: str, value: Value, where: str) -> None:
-        """Set a key; `where` (a file, an option) is named if that cannot be.
+        """Set a key; errors name `where` (a file, an option).
 
         Raises:
-            ScenarioError: no such key, or a value that it cannot take.
+            ScenarioError: no such key, or an invalid value.
         """
         if key not in KEYS:
             raise ScenarioError(f"{where}: no key {key}{_suggest(key, KEYS)}")
@@ -66,7 +66,7 @@ class Scenario:
             self.check_meaning(key, where)
 
     def check_meaning(self, key: str, where: str) -> None:
-        """Raises ScenarioError if `key` means nothing to the scenario's plant: it would change nothing."""
+        """Raises ScenarioError if `key` has no effect on the scenario's plant."""
         kind, plants = self["plant.kind"], plants_that_know(key)
         if kind not in plants:
             raise ScenarioError(f"{where}: {key} is for plant.kind = {' or '.join(plants)}, not {kind}")
@@ -78,10 +78,10 @@ class Scenario:
 
     @classmethod
     def from_dict(cls, content: dict[str, Any], where: str) -> "Scenario":
-        """The inverse of `to_dict`, also where the defaults were others then.
+        """The inverse of `to_dict`, even if the defaults have changed since.
 
         Raises:
-            ScenarioError: it is none, or holds what this version does not know.
+            ScenarioError: it is not a scenario, or holds something unknown to this version.
         """
         try:
             scenario = cls(str(content["name"]))

@@ -1,1 +1,1 @@
-"""Studies of many flights: the paper's figures, real flights, what the plants are worth."""
+"""Studies of many flights: the paper's figures, real flights, validation of the plants."""

@@ -23,7 +23,7 @@ _ANGLE_WINDOW_S = 40.0
 
 
 class PaperFlight(NamedTuple):
-    """One of the three: its scenario, the label that the paper's own figures have, and a title in TeX."""
+    """One of the three: its scenario, the label of the paper's figures, and a title in TeX."""
 
     scenario: Scenario
     label: str
@@ -54,7 +54,7 @@ def make_paper(folder: Path, plant: str, force: bool, progress: Callable[[str], 
     """Fly the three runs on `plant`, write figures and numbers.csv into `folder`, and return the table's rows.
 
     Raises:
-        FileRefusedError: one of the files is there already, and `force` is not set.
+        FileRefusedError: one of the files exists, and `force` is not set.
     """
     folder.mkdir(parents=True, exist_ok=True)
     flights = paper_flights(plant)

@@ -1,7 +1,7 @@
-"""A real flight, played as sensor samples over the wire into the firmware.
+"""A real flight, fed to the firmware as sensor samples over MAVLink.
 
-The firmware sees positions alone and finds its own turning angle, which is held against the recorded course; and it
-steers for an eight fitted to the flight, although nobody listens.
+The firmware sees only positions and finds its own turning angle, which is compared with the recorded course; and it
+steers for an eight fitted to the flight, without effect.
 """
 
 from collections.abc import Callable
@@ -31,7 +31,7 @@ _FROM_POSITIONS = 2.0
 
 
 class Replay(NamedTuple):
-    """A flight and what the firmware made of it, a row a sample."""
+    """A flight and the firmware's response, a row per sample."""
 
     data: FlightData
     eight: TargetEight
@@ -44,7 +44,7 @@ class Replay(NamedTuple):
 def replay_scenario(data: FlightData) -> Scenario:
     """The v3-flight-paper scenario with the eight of this flight, its direction, and positions as the only source.
 
-    It predicts nothing: what is asked for here is never felt.
+    Without prediction, as the commanded steering has no effect here.
     """
     used = data.reel_out & np.isfinite(data.azimuth) & np.isfinite(data.elevation)
     eight = fit_eight(data.azimuth[used], data.elevation[used])

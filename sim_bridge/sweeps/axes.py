@@ -1,4 +1,4 @@
-"""What a sweep goes over: axes as typed, and the runs that they make."""
+"""The axes of a sweep, as typed, and the runs that they define."""
 
 import math
 from collections.abc import Sequence
@@ -71,7 +71,7 @@ def apply(scenario: Scenario, axes: Sequence[Axis], values: Sequence[str]) -> No
     """Set the axes' keys to `values`; whole-number keys take the nearest.
 
     Raises:
-        ScenarioError: no such key, or a value that it cannot take.
+        ScenarioError: no such key, or an invalid value.
     """
     for axis, value in zip(axes, values, strict=True):
         if axis.key.startswith(_PARAMETER):

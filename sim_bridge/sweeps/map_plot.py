@@ -1,4 +1,4 @@
-"""The map of a sweep: what became of each flight over the first two axes, with the theory's limits drawn over it."""
+"""The map of a sweep: result of each flight over the first two axes, with the limits from theory."""
 
 import math
 from collections.abc import Sequence

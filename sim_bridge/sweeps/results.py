@@ -1,4 +1,4 @@
-"""The results of a sweep: a CSV file that grows run by run, and from which a killed sweep goes on."""
+"""The results of a sweep: a CSV file that grows run by run, from which an interrupted sweep resumes."""
 
 import csv
 import io

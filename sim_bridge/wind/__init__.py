@@ -1,1 +1,1 @@
-"""The wind: how it grows with height, how it changes with time, how it gusts."""
+"""The wind: profile over height, planned changes, gusts."""

@@ -1,4 +1,4 @@
-"""How long gusts are, and how strong across and upwards, at a height.
+"""Length scales of gusts, and their intensities across and upwards, at a height.
 
 Source: MIL-F-8785C (1980), section 3.7. MIL-HDBK-1797 has the same spectra; it calls half of a transverse length what
 is called the length here. Below 1000 ft lengths are h / (0.177 + 0.000823 h)^1.2 horizontally and h vertically, with h

@@ -1,4 +1,4 @@
-"""How the mean wind grows with height: the profile laws of U. Fechner et al. (2015), as in the MIT-licensed KiteUtils.
+"""Profile of the mean wind over height: the laws of U. Fechner et al. (2015), as in the MIT-licensed KiteUtils.
 
 Heights are above ground; below the reference height of 6 m the wind is taken as at 6 m.
 """

@@ -1,4 +1,4 @@
-"""What a scenario plans for the mean wind: a step, a lull, a turn."""
+"""Planned changes of the mean wind: a step, a lull, a turn."""
 
 from math import cos, pi, radians
 
@@ -21,7 +21,7 @@ class Schedule:
         self.is_empty = not (self._step or self._lull_length or self._turn)
 
     def speed(self, speed: float, time_s: float) -> float:
-        """What step and lull make of a mean `speed` [m/s]."""
+        """Mean wind [m/s] after step and lull, from a mean `speed` [m/s]."""
         if self._step and time_s >= self._step_s:
             speed = max(0.0, speed + self._step)
         if self._lull_length:

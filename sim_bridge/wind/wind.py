@@ -11,7 +11,7 @@ class Wind:
     """`air` is the wind at the time reached so far: the mean of scenario or file, what is planned for it, and gusts.
 
     Raises:
-        ScenarioError: there is a file for the wind, and something is wrong with it.
+        ScenarioError: the wind file is invalid.
     """
 
     def __init__(self, scenario: Scenario, period_s: float):

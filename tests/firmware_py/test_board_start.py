@@ -165,7 +165,7 @@ def test_wrong_settings_are_told_line_by_line_and_blinked(pico, capsys, entries,
 
 def test_a_missing_and_a_broken_board_py_are_told_in_one_line(pico, capsys, monkeypatch, tmp_path):
     monkeypatch.syspath_prepend(tmp_path)
-    for text, says in ((None, "there is none"), ("LINK = \n", "not Python"), ("import machinee\n", "machinee"),
+    for text, says in ((None, "not found"), ("LINK = \n", "not Python"), ("import machinee\n", "machinee"),
                        ("1 / 0\n", "ZeroDivisionError")):
         sys.modules.pop("board", None)
         importlib.invalidate_caches()

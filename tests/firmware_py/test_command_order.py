@@ -210,7 +210,7 @@ def test_the_last_word_on_a_refusal_is_its_reason_though_copies_come():
     track = a_copied_frame(bench, mode_command(TRACK))
     assert answers_to(bench, track, track) == [(DO_SET_MODE, REJECTED)] * 2
     assert answers_to(bench, track) == [(DO_SET_MODE, REJECTED)]
-    assert "least is 40.0" in bench.texts()[-1]
+    assert "minimum is 40.0" in bench.texts()[-1]
 
 
 def test_an_arm_that_comes_after_the_track_behind_it_is_obeyed():

@@ -154,9 +154,9 @@ UNFLYABLE = [
     ("EIGHT_ELEVATION", 80.0, "over the zenith"),
     ("WINDOW_ANGLE", 30.0, "leaves the wind window of 30 deg"),
     ("EIGHT_AZIMUTH", 60.0, "leaves the wind window"),
-    ("EIGHT_HALF_W", 1.0, "kite only in 2.3"),
-    ("TURN_K", 0.0625, "kite only in 9.2"),
-    ("STEER_MAX", 0.25, "kite only in 9.2"),
+    ("EIGHT_HALF_W", 1.0, "kite manages 2.29"),
+    ("TURN_K", 0.0625, "kite manages 9.17"),
+    ("STEER_MAX", 0.25, "kite manages 9.17"),
 ]
 
 

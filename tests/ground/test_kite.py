@@ -93,7 +93,7 @@ def test_the_example_flies_and_tunes(flying_kite, capsys):
     with connect_over(flying.links(), background=False) as kite:
         example.fly_and_tune(kite)
     said = capsys.readouterr().out
-    assert "delay in the loop 0.200 s: P = 1.2, best 1.75, limit 7.48 1/s" in said
+    assert "loop delay 0.200 s: P = 1.2, best 1.75, limit 7.48 1/s" in said
     assert "worse" not in said and "spread" in said
     assert flying.firmware_parameter("INNER_P") == pytest.approx(1.32)
 

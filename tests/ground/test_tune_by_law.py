@@ -71,10 +71,10 @@ def test_the_lines_tell_settling_from_following(flying_kite, operator_of):
     operator = operator_of(flying_kite("paper-delay-tuned", INNER_P=6.0))
     assert operator.runs("tune", "--delay", "0.2", "--yes") == 0
     for words in ("flown: plain law: no prediction, no feed-forward",
-                  "limit of P, present control law           6.70",
+                  "limit of P, present control law          6.70",
                   "best P for settling                      1.839",
                   "best P for following the eight           3.35",
-                  "cross-track error in flight, RMS", "stable, with little margin: 1.1 times P"):
+                  "cross-track error in flight, RMS", "stable, but the gain margin is only 1.1"):
         assert words in operator.said
     assert "no P with a gain margin of 2 follows the eight better" in operator.remarked
 

@@ -37,7 +37,7 @@ def test_the_papers_optimum_is_called_unstable_where_it_is(capsys):
     assert not designed(capsys, *arguments)["whole_loop"]["present"]["stable"]
     assert main(["design", *arguments]) == 0
     said = capsys.readouterr().out
-    assert "UNSTABLE" in said and "of delay too much, or P 2.01 times too large" in said
+    assert "UNSTABLE" in said and "s too much delay, or P 2.01 times too high" in said
 
 
 def test_without_any_other_delay_sampling_is_told_exactly(capsys):
@@ -55,7 +55,7 @@ def test_jitter_loss_and_lag_cost_gain(capsys):
                           for more in ((), ("--jitter", "0.01", "--loss", "0.2"), ("--lag", "0.1")))
     assert clean > 1.05 * noisy and clean > 1.2 * slow
     assert main(["design", *arguments, "--loss", "0.2"]) == 0
-    assert "make 0.2 s act as 0.21 s" in capsys.readouterr().out
+    assert "make 0.2 s act like 0.21 s" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(("arguments", "said"), [

@@ -247,7 +247,7 @@ def test_whatever_happens_it_flies_or_says_why_not(length, steering, wind):
         assert truth.distance < 1.2 * (length + 8.0)
         if plant.trouble:
             break
-    assert plant.trouble is None or plant.trouble.startswith(("the kite came down", "the kite collapsed"))
+    assert plant.trouble is None or plant.trouble.startswith(("the kite crashed", "the kite collapsed"))
 
 
 def test_a_kite_that_folds_up_says_so():

@@ -169,7 +169,7 @@ def test_an_unplugged_board_parks_and_the_flight_goes_on_when_it_is_back(cable):
     rows = result.flight.rows
     assert {row[mode] for row in rows if 1.0 < row[time_s] < 2.9} == {dialect.KITE_MODE_TRACK}
     assert {row[mode] for row in rows if row[time_s] > 8.5} == {dialect.KITE_MODE_PARK}
-    assert "is gone" in said[0] and "is back" in said[1] and len(said) == 2
+    assert "disconnected" in said[0] and "connected again" in said[1] and len(said) == 2
 
 
 class LateBoard(InprocRuntime):
@@ -239,7 +239,7 @@ def test_a_board_whose_delay_cannot_be_measured_is_told():
     flight = Flight(load_scenario("paper-delay"), LateBoard(0.04))
     report = board_report(flight, None)
     assert report["delay_flown_s"] is None and report["delay_emulated_s"] == pytest.approx(0.2)
-    assert "200 ms asked for were emulated on top" in (delay_problem(report) or "")
+    assert "200 ms requested were emulated on top" in (delay_problem(report) or "")
 
 
 def test_a_link_that_is_too_slow_is_said_beforehand_with_what_would_help():
@@ -262,5 +262,5 @@ def test_a_wrong_link_is_one_line(link, says):
 
 def test_a_silent_board_is_told_with_what_to_check(cable, monkeypatch):
     monkeypatch.setattr("sim_bridge.runs.hardware_in_the_loop.HilRuntime.__init__.__defaults__", (0.3,))
-    with pytest.raises(Exception, match=r"the board says nothing for 0.3 s: is it powered"):
+    with pytest.raises(Exception, match=r"no message from the board for 0.3 s: is it powered"):
         fly_board(load_scenario("small-kite"), f"serial:{cable.ends[0]}:{BAUD}", RunOptions("hil", 1.0), print)

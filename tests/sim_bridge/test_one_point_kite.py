@@ -206,7 +206,7 @@ def test_whatever_happens_it_flies_or_says_why_not(length, steering, elevation, 
         if kite.trouble:
             break
     if kite.trouble:
-        assert kite.trouble.startswith("the kite came down to the ground in ") and "\n" not in kite.trouble
+        assert kite.trouble.startswith("the kite crashed in ") and "\n" not in kite.trouble
         assert kite.kite_position()[2] < 0.5
         end = kite.truth()
         kite.step(0.01, 0.0, AIR)
@@ -214,10 +214,10 @@ def test_whatever_happens_it_flies_or_says_why_not(length, steering, elevation, 
 
 
 @pytest.mark.parametrize(("elevation", "course", "changes", "reason"), [
-    (0.6, 1.57, {"wind__speed_m_s": 0.0}, "0.0 m/s of wind the kite cannot fly at the start: nothing drives it"),
+    (0.6, 1.57, {"wind__speed_m_s": 0.0}, "0.0 m/s of wind the kite cannot fly at the start: no force drives it"),
     (0.6, 1.57, {"wind__speed_m_s": 0.5}, "0.5 m/s of wind the kite cannot fly at the start"),
     (0.01, 1.57, {}, "would start 0.4 m above the ground"),
-    (1.5, 0.0, {}, "nothing drives it along its course"),
+    (1.5, 0.0, {}, "no force drives it along its course"),
     (0.6, 1.57, {"kite__drag_angles_deg": (-180.0, 0.0, 180.0)}, "has 3 numbers, kite.drag_coefficients 11"),
     (0.6, 1.57, {"kite__lift_angles_deg": tuple(range(-180, -168))}, "from -180 to 180")])
 def test_where_it_cannot_fly_it_says_so_in_a_line(elevation, course, changes, reason):

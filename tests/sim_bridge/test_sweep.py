@@ -75,7 +75,7 @@ def test_a_killed_sweep_goes_on_and_ends_with_the_same_file(whole, tmp_path, cap
     path.write_text(cut, "utf-8")
     os.link(path, same_file)
     assert sweep("--out", path) == 0
-    assert "are there already" in capsys.readouterr().err
+    assert "exist already" in capsys.readouterr().err
     assert path.read_bytes() == whole.read_bytes()
     assert same_file.read_text("utf-8") == cut  # going on never wrote over it: a kill then would have lost nothing
 
@@ -104,7 +104,7 @@ def test_runs_of_other_code_are_not_mixed_in_unless_it_is_said(whole, tmp_path, 
     assert "2 of its runs were flown by other code: name another file with --out" in capsys.readouterr().err
     assert path.read_bytes() == before
     assert sweep("--out", path, "--other-code") == 0
-    assert "2 of 6 runs are there already, 2 of them by other code" in capsys.readouterr().err
+    assert "2 of 6 runs exist already, 2 of them by other code" in capsys.readouterr().err
     assert [row["code"] for row in rows_of(path)] == ["0123456789ab"] * 2 + [code] * 4
 
 
@@ -116,7 +116,7 @@ def test_a_sweep_over_another_wind_of_the_same_name_is_another_sweep(tmp_path, c
     assert cli.main(command) == 0
     wind.write_text("time_s,speed_m_s\n0,9\n")
     assert cli.main(command) == 2
-    assert "holds something else" in capsys.readouterr().err
+    assert "holds results of another sweep" in capsys.readouterr().err
 
 
 def test_a_dask_cluster_gives_the_same_numbers(whole, tmp_path):
@@ -132,7 +132,7 @@ def test_what_cannot_be_flown_is_a_result(tmp_path):
     assert cli.main(["sweep", "paper-no-delay", "--over", "param.EIGHT_HALF_H=0.5,10", "--param", "TURN_K=0.02",
                      "--duration", "5", "--out", str(path), "--json"]) == 0
     rows = rows_of(path)
-    assert rows[0]["verdict"] == "refused" and "kite only in" in rows[0]["trouble"]
+    assert rows[0]["verdict"] == "refused" and "kite manages" in rows[0]["trouble"]
 
 
 def test_a_sample_is_seeded_and_grows_without_moving():
@@ -158,7 +158,7 @@ def test_an_axis_that_cannot_be_read_is_named(text):
 def test_another_sweep_does_not_go_into_the_same_file(whole, capsys):
     before = whole.read_bytes()
     assert sweep("--out", whole, "--param", "OUTER_L=3") == 2
-    assert "holds something else" in capsys.readouterr().err
+    assert "holds results of another sweep" in capsys.readouterr().err
     assert whole.read_bytes() == before
 
 

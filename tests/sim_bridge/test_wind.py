@@ -199,7 +199,7 @@ def test_what_is_planned_and_gusts_come_on_top_of_a_file(tmp_path):
     ("", "no line of numbers"), ("time_s,speed_m_s\n", "no line of numbers"),
     ("time_s,speed\n0,1\n", ":1: no column speed; columns are time_s, speed_m_s, direction_deg, vertical_m_s"),
     ("time_s\n0\n", ":1: column speed_m_s is missing"),
-    ("time_s,speed_m_s,time_s\n0,1,0\n", ":1: column time_s comes twice"),
+    ("time_s,speed_m_s,time_s\n0,1,0\n", ":1: column time_s appears twice"),
     ("time_s,speed_m_s\n0,8\n1\n", ":3: 1 values for 2 columns"),
     ("time_s,speed_m_s\n0,eight\n", ":2: speed_m_s 'eight' is not a number"),
     ("time_s,speed_m_s\n0,nan\n", ":2: speed_m_s nan is not finite"),

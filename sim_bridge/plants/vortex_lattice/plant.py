@@ -2,7 +2,7 @@
 
 The wing is a vortex lattice. It is rigid, and hangs by its bridle from the tether's last point: four points that have
 its mass and inertia, held together and to the bridle point by springs. Airspeed, angle of attack, sideslip, roll, yaw
-damping and the turning-rate constant come out of the flow.
+damping and the turning-rate constant result from the flow.
 """
 
 from math import ceil, cos, radians, sin, sqrt

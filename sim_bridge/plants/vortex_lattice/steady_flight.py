@@ -1,4 +1,4 @@
-"""The steady flight that a kite sets off in: straight over the sphere, its tether straight, its forces in balance."""
+"""The steady flight at the start: straight over the sphere, with a straight tether and balanced forces."""
 
 from math import cos, sin, sqrt
 from typing import NamedTuple

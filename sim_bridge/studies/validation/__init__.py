@@ -1,1 +1,1 @@
-"""What the models are worth: the law on real flights and on every plant, in tables made by one command."""
+"""Validation: the turning-rate law on real flights and on every plant, in tables made by one command."""

@@ -56,7 +56,7 @@ def fly_and_identify(scenario: Scenario, notice: Notice) -> Flown:
 
     Raises:
         ScenarioError, FirmwareError: it cannot be flown.
-        FlightDataError: the flight cannot tell, or it came to an early end.
+        FlightDataError: the flight does not determine the law, or ended early.
     """
     scenario.set("run.duration_s", _LENGTH_S, "validate")
     with tempfile.TemporaryDirectory() as folder:

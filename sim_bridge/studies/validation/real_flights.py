@@ -1,4 +1,4 @@
-"""The law on real flights: identified, carried over from one half to the other, predicted, and flown again."""
+"""The law on real flights: identified, tested on the other half, used for prediction and in simulation."""
 
 import math
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ _TURBULENCE = 0.15
 
 
 def law_table(names: Sequence[str], records: Sequence[FlightRecord]) -> str:
-    """K, gravity, offset, lag and R2 of each flight, and how well one half's law does on the other."""
+    """K, gravity, offset, lag and R2 of each flight, and the fit of one half's law on the other half."""
     rows = []
     for name, record in zip(names, records, strict=True):
         fit = identify_law(record)
@@ -48,7 +48,7 @@ def actuator_table(names: Sequence[str], records: Sequence[FlightRecord]) -> str
 
 
 def prediction_table(records: Sequence[FlightRecord]) -> str:
-    """The worst of the cross-fits, beside what was asked for."""
+    """The worst of the cross-fits, and the required values."""
     rows = [[f"{error.source} steering", f"{error.window_s:g} s", f"{error.rms_deg:.1f}", f"{error.end_rms_deg:.1f}",
              f"{_LIMITS_DEG[error.source, error.window_s]:g}"] for error in cross_predictions(records)]
     return table(("from", "windows", "RMS over all samples [deg]", "RMS at window ends [deg]", "required [deg]"), rows)
