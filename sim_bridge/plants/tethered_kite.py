@@ -102,12 +102,13 @@ class TetheredKite(ABC):
 
 
 def start_air(wind: WindSettings) -> Air:
-    """The wind at t = 0 without its gusts.
+    """The horizontal wind at t = 0 without its gusts.
 
     Raises:
         ScenarioError: there is a file for the wind, and something is wrong with it.
     """
-    return MeanWind(wind).at(0.0)._replace(vertical=0.0)
+    speed, direction, _ = MeanWind(wind).at(0.0)
+    return Air(speed, direction)
 
 
 def check_start_height(kind: str, height: float) -> None:

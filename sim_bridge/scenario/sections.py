@@ -1,5 +1,6 @@
 """The settings that each part of a flight gets from a scenario."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any, NamedTuple, TypeVar
 
@@ -22,15 +23,15 @@ class Links(NamedTuple):
     ground: PathSettings
 
 
-class Sections:
+class Sections(ABC):
     """Values by dotted key, handed out as the settings of the parts; each access makes them of the present values."""
 
     def __init__(self, values: dict[str, Any]):
         self.values = values
 
+    @abstractmethod
     def parameter(self, name: str) -> float:
         """Value of a firmware parameter."""
-        raise NotImplementedError
 
     @property
     def title(self) -> str:

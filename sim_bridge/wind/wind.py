@@ -23,10 +23,10 @@ class MeanWind:
         self.speed_m_s = self._file.mean_speed() if self._file else self._speed
         self.is_steady = self._schedule.is_empty and not self._file
 
-    def at(self, time_s: float) -> Air:
-        """The mean wind at `time_s` of the flight; what rises in it is that of the file."""
+    def at(self, time_s: float) -> tuple[float, float, float]:
+        """Speed [m/s], direction [rad] and vertical wind over speed, at `time_s` of the flight."""
         speed, direction, rising = self._file.at(time_s) if self._file else (self._speed, 0.0, 0.0)
-        return Air(self._schedule.speed(speed, time_s), direction + self._schedule.turned(time_s), vertical=rising)
+        return self._schedule.speed(speed, time_s), direction + self._schedule.turned(time_s), rising
 
 
 class Wind:
@@ -56,6 +56,6 @@ class Wind:
         self.air = self._air()
 
     def _air(self) -> Air:
-        mean = self._mean.at(self._tick * self._period_s)
+        speed, direction, rising = self._mean.at(self._tick * self._period_s)
         along, across, vertical = self._turbulence.gusts
-        return Air(mean.speed_m_s, mean.direction_rad, along, across, mean.vertical + vertical)
+        return Air(speed, direction, along, across, rising + vertical)
