@@ -8,7 +8,7 @@ from scipy.signal import welch
 
 from sim_bridge.cli.main import main
 from sim_bridge.errors import ScenarioError
-from sim_bridge.flight.flight import Flight
+from sim_bridge.flight.flight import COLUMNS, Flight
 from sim_bridge.runtimes.inproc import InprocRuntime
 from sim_bridge.scenario.scenario import load_scenario
 from sim_bridge.wind.air import Air
@@ -224,6 +224,19 @@ def test_a_file_that_cannot_be_used_ends_the_command_with_one_line(tmp_path, cap
         assert main(["run", "small-kite", *(word for s in settings for word in ("--set", s))]) == 2
         error = capsys.readouterr().err
         assert said in error and error.count("\n") == 1
+
+
+def test_gusts_of_a_flight_are_those_at_the_height_of_its_eight():
+    scenario = scenario_with(load_scenario("small-kite"), gusts="dryden", turbulence_intensity=0.1, profile="log")
+    flight = Flight(scenario, InprocRuntime())
+    flight.fly(1.0)
+    line_m, elevation = scenario.plant.line_length_m, math.radians(scenario.parameter("EIGHT_ELEVATION"))
+    wind, expected = Wind(scenario.wind, 0.02, scenario.run.seed, line_m * math.sin(elevation)), []
+    for _ in flight.rows:
+        expected.append(wind.air.speed_m_s * wind.air.gust)
+        wind.advance()
+    assert np.array(flight.rows)[:, COLUMNS.index("wind_m_s")] == pytest.approx(expected)
+    assert np.std(expected) > 0.01
 
 
 @pytest.mark.parametrize("name", ["small-kite", "v3-flight"])
