@@ -14,12 +14,13 @@ from sim_bridge.cli.notes import notice, say
 from sim_bridge.cli.plot_option import plot_path, save_plot
 from sim_bridge.cli.progress import FlightProgress
 from sim_bridge.cli.scenario_options import scenario_of
+from sim_bridge.errors import ScenarioError
 from sim_bridge.flight.flight import COLUMNS, Flight
 from sim_bridge.flight.judgement import MODE_UNKNOWN
 from sim_bridge.runs.hardware_in_the_loop import fly_board
 from sim_bridge.runs.run import RunOptions, RunResult, run_scenario
 from sim_bridge.scenario.keys import KEYS
-from sim_bridge.scenario.scenario import Scenario, ScenarioError, load_scenario, scenario_names
+from sim_bridge.scenario.scenario import Scenario, load_scenario, scenario_names
 from sim_bridge.studies.paper import make_paper
 from sim_bridge.studies.real_flight import play, plot_replay
 
@@ -28,7 +29,7 @@ _MODES = {MODE_UNKNOWN: "silent", 0: "STANDBY", 1: "MANUAL", 2: "PARK", 3: "TRAC
 
 def list_scenarios(options: Namespace) -> int:
     """`kite-sitl list`."""
-    titles = {name: load_scenario(name)["title"] for name in scenario_names()}
+    titles = {name: load_scenario(name).title for name in scenario_names()}
     if options.json:
         print(json.dumps([{"scenario": name, "title": title} for name, title in titles.items()]))
     else:
@@ -91,14 +92,14 @@ def _plot_path(options: Namespace, scenario: Scenario) -> Path | None:
 
 
 def _progress(options: Namespace, scenario: Scenario) -> FlightProgress:
-    seconds = None if options.forever else scenario["run.duration_s"]
+    seconds = None if options.forever else scenario.run.duration_s
     return FlightProgress(seconds, not (options.json or options.status))
 
 
 def _run_options(options: Namespace, scenario: Scenario, progress: FlightProgress) -> RunOptions:
     if options.ground and not options.json:
-        print(f"ground stations: the kite sends to udp {scenario['ground.send_to']} and listens on "
-              f"{scenario['ground.listen']}", flush=True)
+        ground = scenario.ground
+        print(f"ground stations: the kite sends to udp {ground.send_to} and listens on {ground.listen}", flush=True)
     return RunOptions(
         options.runtime, options.speed, options.ground, options.forever, Path(options.log) if options.log else None,
         _print_status if options.status else progress, log_limit_mb=options.log_limit)

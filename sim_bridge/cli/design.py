@@ -17,7 +17,7 @@ from protocol.parameter_table import load_parameters
 from sim_bridge.cli.notes import notice
 from sim_bridge.cli.option_types import not_negative, positive
 from sim_bridge.cli.plot_option import add_plot_option, plot_path, save_plot
-from sim_bridge.scenario.scenario import ScenarioError
+from sim_bridge.errors import ScenarioError
 
 
 def add_design_verb(verbs: Any) -> None:

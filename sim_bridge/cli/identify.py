@@ -15,6 +15,7 @@ from kite_analysis.identification.plots import plot_identification
 from kite_analysis.identification.turning_rate_fit import LawFit, identify_law
 from sim_bridge.cli.option_types import not_negative
 from sim_bridge.cli.plot_option import add_plot_option, plot_path, save_plot
+from sim_bridge.plants.turning_rate_settings import TurningRateSettings
 from sim_bridge.runs.reader import read_scenario
 
 _DESCRIPTION = """\
@@ -104,7 +105,8 @@ def _transport(source: Path, options: Namespace) -> bool | None:
     if options.no_transport:
         return False
     if source.is_dir() and (source / "run.json").exists():
-        return bool(read_scenario(source)["plant.transport"])
+        plant = read_scenario(source).plant
+        return not isinstance(plant, TurningRateSettings) or plant.transport
     return None
 
 

@@ -22,10 +22,10 @@ from sim_bridge.cli.option_types import not_negative, positive
 from sim_bridge.cli.plot_option import add_plot_option, leave_words_to_others
 from sim_bridge.cli.rerun import add_rerun_verb
 from sim_bridge.cli.sweep import add_sweep_verb
+from sim_bridge.errors import ScenarioError
 from sim_bridge.runs.run import FOREVER_LIMIT_MB, RUNTIMES
 from sim_bridge.runtimes.interface import FirmwareError
 from sim_bridge.scenario.keys import PLANTS
-from sim_bridge.scenario.scenario import ScenarioError
 from sim_bridge.studies.validation.page import add_validate_verb
 
 
@@ -67,7 +67,8 @@ def _parser() -> argparse.ArgumentParser:
 
     bench = verbs.add_parser("bench", help="measure the speed of the loop on this machine")
     bench.add_argument("--runtime", choices=("inproc", "micropython"), default="inproc",
-                       help="inproc: speed of a simulated flight; micropython: memory and time of a tick (default: inproc)")
+                       help="inproc: speed of a simulated flight; micropython: memory and time of a tick "
+                            "(default: inproc)")
     bench.add_argument("--scenario", metavar="NAME",
                        help="scenario to fly (default: paper-delay-tuned; small-kite for micropython)")
     bench.add_argument("--duration", type=positive, metavar="S",

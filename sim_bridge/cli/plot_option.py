@@ -7,7 +7,7 @@ from typing import Any
 
 from kite_analysis.console.picture_file import ENDINGS_IN_WORDS, check_picture
 from kite_analysis.plots import save
-from sim_bridge.scenario.scenario import ScenarioError
+from sim_bridge.errors import ScenarioError
 
 _INPUTS = ("", ".toml", ".csv", ".gz", ".tlog")  # endings of what the verbs read; a folder or scenario has none
 

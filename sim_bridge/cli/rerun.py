@@ -8,11 +8,11 @@ from typing import Any, NamedTuple
 
 from sim_bridge.cli.actions import report
 from sim_bridge.cli.notes import notice
+from sim_bridge.errors import ScenarioError
 from sim_bridge.flight.flight import COLUMNS
 from sim_bridge.runs.provenance import differences, scenario_as_logged
 from sim_bridge.runs.reader import LoggedTruth, read_about, read_input
 from sim_bridge.runs.run import RecordedGround, RunOptions, run_scenario
-from sim_bridge.scenario.scenario import ScenarioError
 
 _DESCRIPTION = """\
 Fly the run logged in DIR again, with everything that ground stations sent, and compare every tick.

@@ -62,14 +62,14 @@ def sweep_command(options: Namespace) -> int:
     """`kite-sitl sweep`: 0 when all runs have been flown, 130 after Ctrl-C."""
     base = scenario_of(options, notice)
     axes = [parse_axis(text) for text in options.over]
-    if slow := slowness(base["plant.kind"]):
+    if slow := slowness(base.plant_kind):
         notice(slow)
     out = Path(options.out or f"{base.name}-sweep.csv")
     options.force |= out.exists()  # a sweep that goes on draws its own map again
     plot = plot_path(options, out.with_suffix(".png"))
-    points = random_sample(axes, options.runs, base["run.seed"]) if options.runs else grid(axes)
+    points = random_sample(axes, options.runs, base.run.seed) if options.runs else grid(axes)
     scenarios = [_scenario_of_run(base, axes, values, run) for run, values in enumerate(points)]
-    winds = sorted({scenario["wind.file"] for scenario in scenarios} - {""})
+    winds = sorted({scenario.wind.file for scenario in scenarios} - {""})
     plan = {"scenario": base.to_dict(), "over": options.over, "runs": options.runs or 0,
             "wind": {path: wind_fingerprint(path) for path in winds}}
     results = Results(out, plan, [axis.key for axis in axes], options.other_code)
@@ -85,7 +85,7 @@ def sweep_command(options: Namespace) -> int:
 
 def _scenario_of_run(base: Scenario, axes: list[Axis], values: tuple[str, ...], run: int) -> Scenario:
     scenario = Scenario.from_dict(base.to_dict(), base.name)
-    scenario.set("run.seed", base["run.seed"] + run, "--seed")
+    scenario.set("run.seed", base.run.seed + run, "--seed")
     apply(scenario, axes, values)
     return scenario
 

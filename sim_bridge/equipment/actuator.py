@@ -1,19 +1,30 @@
 """The steering actuator: dead time, saturation, rate limit, first-order lag, solved exactly between commands."""
 
 from collections import deque
+from dataclasses import dataclass
 from math import exp
 
-from sim_bridge.scenario.scenario import Scenario
+from sim_bridge.settings import Settings, number
+
+
+@dataclass(frozen=True, kw_only=True)
+class ActuatorSettings(Settings):
+    """The scenario's section `actuator`; by default it does what is asked at once."""
+
+    dead_time_s: float = number(0.0, "dead time from command to actual steering [s]", 0.0, 5.0)
+    rate_limit_per_s: float = number(0.0, "maximum rate of the steering [1/s]; 0 is no limit", 0.0, 1000.0)
+    saturation: float = number(0.0, "maximum steering to either side; 0 is no limit", 0.0, 10.0)
+    lag_s: float = number(0.0, "time constant of a first-order lag [s]; 0 is none", 0.0, 5.0)
 
 
 class Actuator:
     """`position` is the actual steering at the time reached so far."""
 
-    def __init__(self, scenario: Scenario):
-        self._dead_time = scenario["actuator.dead_time_s"]
-        self._rate = scenario["actuator.rate_limit_per_s"]
-        self.saturation = scenario["actuator.saturation"]
-        self._lag = scenario["actuator.lag_s"]
+    def __init__(self, settings: ActuatorSettings):
+        self._dead_time = settings.dead_time_s
+        self._rate = settings.rate_limit_per_s
+        self._saturation = settings.saturation
+        self._lag = settings.lag_s
         self.ideal = not self._rate and not self._lag
         self.position = 0.0
         self._target = 0.0
@@ -31,7 +42,7 @@ class Actuator:
         """Apply the commands that are due."""
         while self._pending and self._pending[0][0] <= time_s:
             target = self._pending.popleft()[1]
-            limit = self.saturation
+            limit = self._saturation
             self._target = max(-limit, min(limit, target)) if limit else target
         if self.ideal:
             self.position = self._target

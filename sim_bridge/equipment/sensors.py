@@ -1,11 +1,12 @@
 """Sensor models: which quantities, how often, how accurately."""
 
+from dataclasses import dataclass
 from math import atan2, hypot
 from random import Random
 
 from protocol import dialect
 from sim_bridge.plants.interface import Truth
-from sim_bridge.scenario.scenario import Scenario
+from sim_bridge.settings import Settings, flag, number
 
 SAMPLE_BYTES = 50  # a KITE_SENSORS frame on the wire
 _GIVEN = {
@@ -17,19 +18,35 @@ _GIVEN = {
 Sample = tuple[int, float, float, float, float, float, float, float, float, int]
 
 
-class Sensors:
-    """Takes samples, as values of KITE_SENSORS in wire order."""
+@dataclass(frozen=True, kw_only=True)
+class SensorSettings(Settings):
+    """The scenario's section `sensors`; by default everything is measured exactly, at each tick."""
 
-    def __init__(self, scenario: Scenario):
-        self._noise = scenario["sensors.noise_rad"]
-        self._resolution = scenario["sensors.resolution_rad"]
-        self._course_noise = scenario["sensors.course_noise_rad"]
-        self._airspeed_noise = scenario["sensors.airspeed_noise"]
-        self._rate = scenario["sensors.rate_hz"]
+    rate_hz: float = number(0.0, "samples per second; 0 is one per tick of the loop", 0.0, 1000.0)
+    noise_rad: float = number(0.0, "standard deviation of azimuth and elevation [rad]", 0.0, 0.5)
+    resolution_rad: float = number(0.0, "resolution of azimuth and elevation [rad]; 0 is unlimited", 0.0, 0.5)
+    course_noise_rad: float = number(0.0, "standard deviation of course and heading [rad]", 0.0, 3.0)
+    airspeed_noise: float = number(0.0, "relative standard deviation of the airspeed", 0.0, 1.0)
+    course: bool = flag(True, "the course is measured")
+    heading: bool = flag(True, "the heading is measured")
+    distance: bool = flag(True, "the distance is measured")
+    airspeed: bool = flag(True, "the apparent wind speed is measured")
+    steering: bool = flag(True, "the actual steering is measured")
+
+
+class Sensors:
+    """Takes samples, as values of KITE_SENSORS in wire order; their noise comes from `seed`."""
+
+    def __init__(self, settings: SensorSettings, seed: int):
+        self._noise = settings.noise_rad
+        self._resolution = settings.resolution_rad
+        self._course_noise = settings.course_noise_rad
+        self._airspeed_noise = settings.airspeed_noise
+        self._rate = settings.rate_hz
         self._valid = dialect.KITE_VALID_AZIMUTH | dialect.KITE_VALID_ELEVATION | dialect.KITE_VALID_TETHER_FORCE
         for name, bit in _GIVEN.items():
-            self._valid |= bit if scenario[f"sensors.{name}"] else 0
-        self._random = Random(f"{scenario['run.seed']}:sensors")
+            self._valid |= bit if getattr(settings, name) else 0
+        self._random = Random(f"{seed}:sensors")
         self._next = float("-inf")
 
     def is_due(self, time_s: float) -> bool:

@@ -1,7 +1,7 @@
 """The closed loop: plant, sensors, links, firmware, actuator; tick by tick."""
 
 from collections.abc import Callable
-from math import atan2, ceil, hypot, inf, nan
+from math import atan2, ceil, hypot, inf, nan, radians, sin
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,7 +14,7 @@ from sim_bridge.flight.judgement import Judge, recent_errors
 from sim_bridge.flight.plant_choice import make_plant
 from sim_bridge.flight.preflight import PREFLIGHT_TICKS, Preflight
 from sim_bridge.flight.start_state import lead_in, start_position
-from sim_bridge.links.emulation import LinkDirection, link_settings, patience_s, without
+from sim_bridge.links.emulation import LinkDirection, patience_s, without
 from sim_bridge.links.ground_path import GroundLink
 from sim_bridge.links.wire import STEERING_BYTES
 from sim_bridge.plants.interface import Truth
@@ -58,18 +58,19 @@ class Flight:
         self.runtime = runtime
         self.period_s = 1.0 / scenario.parameter("LOOP_HZ")
         self.eight = TargetEight.from_parameters(scenario.parameter)
-        self.plant = make_plant(scenario, *start_position(scenario, self.eight))
-        self.actuator = Actuator(scenario)
+        self.plant = make_plant(scenario, *start_position(scenario.start, self.eight))
+        self.actuator = Actuator(scenario.actuator)
         self.rows: list[tuple[float, ...]] = []
         self.overruns = 0
         self._ground = ground
         self._stations = stations
         self._watch = watch
-        self._sensors = Sensors(scenario)
-        self._wind = Wind(scenario, self.period_s)
+        seed = scenario.run.seed
+        self._sensors = Sensors(scenario.sensors, seed)
+        eight_m = scenario.plant.line_length_m * sin(radians(scenario.parameter("EIGHT_ELEVATION")))
+        self._wind = Wind(scenario.wind, self.period_s, seed, eight_m)
         self._start = self.plant.truth()
-        self._control = down, up = link_settings(scenario, "control", self.period_s)
-        seed = scenario["run.seed"]
+        self._control = down, up = scenario.link.control
         self._down = LinkDirection(down, f"{seed}:control.down")
         self._up = LinkDirection(up, f"{seed}:control.up")
         self._newest_steering = -inf
@@ -132,8 +133,7 @@ class Flight:
     @property
     def delay_asked_s(self) -> float:
         """Delay of the control path there and back that the scenario asks for [s]."""
-        down, up = self._control
-        return down.delay_s + up.delay_s
+        return self._control.delay_s
 
     @property
     def delay_emulated_s(self) -> float:
@@ -152,7 +152,7 @@ class Flight:
         """The flight's numbers and the verdict, after the scenario's settling time."""
         if not self.rows:
             return Metrics(None, None, None, None, None, NOT_MEASURED, "interrupted before the flight began")
-        return measure(self.track(), self.scenario["run.settle_s"], self.trouble)
+        return measure(self.track(), self.scenario.run.settle_s, self.trouble)
 
     def recent_errors(self, seconds: float) -> tuple[float, float]:
         """RMS of cross-track and turning-angle error [rad] over the last `seconds`, for a status line."""

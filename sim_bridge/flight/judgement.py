@@ -35,7 +35,7 @@ class Judge:
         self.steering_asked = 0.0
         self._mode = MODE_UNKNOWN
         self._heard_s = -inf
-        self._saturation = scenario["actuator.saturation"]
+        self._saturation = scenario.actuator.saturation
         self._parts = [(0, {name: scenario.parameter(name) for name in _YARDSTICK})]  # from which row on
 
     def hear(self, time_s: float, output: TickOutput, row: int) -> None:

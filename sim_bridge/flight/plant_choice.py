@@ -28,8 +28,9 @@ def make_plant(scenario: Scenario, position: Vector, direction: Vector) -> Plant
     Raises:
         ScenarioError: it cannot fly there, with the reason.
     """
-    module, name = _PLANTS[scenario["plant.kind"]]
-    return getattr(import_module(f"sim_bridge.plants.{module}"), name)(scenario, position, direction)
+    module, name = _PLANTS[scenario.plant_kind]
+    kite = getattr(import_module(f"sim_bridge.plants.{module}"), name)
+    return kite(scenario.plant, scenario.wind, position, direction)
 
 
 def slowness(kind: str) -> str | None:
@@ -51,7 +52,7 @@ def warm_up(scenario: Scenario, notice: Callable[[str], None]) -> None:
     Raises:
         ScenarioError: as `make_plant`.
     """
-    kind = scenario["plant.kind"]
+    kind = scenario.plant_kind
     if kind == "turning-rate":
         return
     if slow := slowness(kind):
@@ -62,8 +63,9 @@ def warm_up(scenario: Scenario, notice: Callable[[str], None]) -> None:
     begin = time.monotonic()
     waiting.start()
     try:
-        plant = make_plant(scenario, *start_position(scenario, TargetEight.from_parameters(scenario.parameter)))
-        plant.step(1e-4, 0.0, Air(scenario["wind.speed_m_s"]))
+        eight = TargetEight.from_parameters(scenario.parameter)
+        plant = make_plant(scenario, *start_position(scenario.start, eight))
+        plant.step(1e-4, 0.0, Air(scenario.wind.speed_m_s))
     finally:
         waiting.cancel()
     if (took_s := time.monotonic() - begin) > 1.5:

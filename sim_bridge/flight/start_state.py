@@ -6,19 +6,19 @@ import numpy as np
 
 from kite_analysis.figure_eight import TargetEight
 from sim_bridge.plants.interface import Truth, Vector
-from sim_bridge.scenario.scenario import Scenario
+from sim_bridge.scenario.flight_settings import StartSettings
 
 _LEAD_IN_RAD = 0.15
 
 
-def start_position(scenario: Scenario, eight: TargetEight) -> tuple[Vector, Vector]:
-    """Unit position and unit direction of the course at t = 0, from the scenario's section `start`."""
-    s = np.array([scenario["start.path_parameter"]])
+def start_position(settings: StartSettings, eight: TargetEight) -> tuple[Vector, Vector]:
+    """Unit position and unit direction of the course at t = 0."""
+    s = np.array([settings.path_parameter])
     gamma = eight.position(s)[0]
     tangent = eight.direction * eight.derivatives(s)[0][0]
     tangent /= np.linalg.norm(tangent)
     side = np.cross(gamma, tangent)
-    offset, error = scenario["start.offset_rad"], scenario["start.course_error_rad"]
+    offset, error = settings.offset_rad, settings.course_error_rad
     moved = cos(offset) * gamma + sin(offset) * side
     side = cos(offset) * side - sin(offset) * gamma
     course = cos(error) * tangent + sin(error) * side

@@ -1,11 +1,12 @@
 """One direction of a radio link: delay, jitter, loss, duplicates, reordering, a byte rate; all from one seed."""
 
 import heapq
+from dataclasses import dataclass, replace
 from math import inf
 from random import Random
 from typing import Any, NamedTuple
 
-from sim_bridge.scenario.scenario import Scenario
+from sim_bridge.settings import Settings, number
 
 _LONGEST_QUEUE_S = 1.0  # what waits longer than this for its turn on a slow link is dropped
 _BURSTS = 4.0  # of the mean length: one in fifty is longer
@@ -13,48 +14,41 @@ _USUAL_BURSTS_S = 1.0  # every preflight has time for these
 _MOST_PATIENCE_S = 60.0
 
 
-class LinkSettings(NamedTuple):
+@dataclass(frozen=True, kw_only=True)
+class LinkSettings(Settings):
     """Settings of one direction; the names are the scenario's keys."""
 
-    delay_s: float = 0.0
-    jitter_s: float = 0.0
-    loss: float = 0.0
-    loss_burst: float = 0.0
-    duplicate: float = 0.0
-    reorder: float = 0.0
-    reorder_s: float = 0.1
-    rate_bytes_s: float = 0.0
+    delay_s: float = number(0.0, "one-way delay", 0.0, 30.0)
+    jitter_s: float = number(0.0, "jitter of each direction, uniform, +-", 0.0, 10.0)
+    loss: float = number(0.0, "fraction of frames lost, in each direction", 0.0, 1.0)
+    loss_burst: float = number(0.0, "mean length of a loss burst in frames; up to 1: independent losses",
+                               0.0, 1000.0)
+    duplicate: float = number(0.0, "fraction of frames that arrive twice", 0.0, 1.0)
+    reorder: float = number(0.0, "fraction of frames held back by reorder_s, so that others overtake them", 0.0, 1.0)
+    reorder_s: float = number(0.1, "how long a held-back frame waits", 0.0, 10.0)
+    rate_bytes_s: float = number(0.0, "capacity of the link in bytes per second; 0 is no limit", 0.0, 1e9)
 
 
-def link_settings(scenario: Scenario, path: str, period_s: float) -> tuple[LinkSettings, LinkSettings]:
-    """Settings (down, up) of the `path` control or ground.
+class PathSettings(NamedTuple):
+    """Both directions of a path: `down` towards the firmware, `up` from it."""
 
-    The path's delay is halved; on the control path the half of the samples is rounded down to whole periods of the
-    loop, which sees them only then, and the steering takes the rest.
-    """
-    total = scenario[f"link.{path}.delay_s"]
-    half = total / 2
-    if path == "control":
-        half = int(half / period_s + 1e-9) * period_s
-    both = {"down": half, "up": total - half}
-    settings = []
-    for direction, delay in both.items():
-        alone = {name: scenario[f"link.{path}.{direction}.{name}"] for name in LinkSettings._fields}
-        shared = {name: scenario[f"link.{path}.{name}"] for name in LinkSettings._fields} | {"delay_s": delay}
-        settings.append(LinkSettings(**{n: shared[n] if v is None else v for n, v in alone.items()}))
-    return settings[0], settings[1]
+    down: LinkSettings = LinkSettings()
+    up: LinkSettings = LinkSettings()
+
+    @property
+    def delay_s(self) -> float:
+        """Delay there and back [s]."""
+        return self.down.delay_s + self.up.delay_s
 
 
-def without(both: tuple[LinkSettings, LinkSettings], delay_s: float, period_s: float
-            ) -> tuple[LinkSettings, LinkSettings]:
-    """Settings (down, up) that leave out `delay_s`, which something real takes already; no less than nothing is left.
+def without(path: PathSettings, delay_s: float, period_s: float) -> PathSettings:
+    """`path` less `delay_s`, which something real takes already; no less than nothing is left.
 
     What is left on the way down is in whole periods, as the bridge sends samples once in each.
     """
-    down, up = both
-    left = max(0.0, down.delay_s + up.delay_s - delay_s)
-    below = int(min(down.delay_s, left) / period_s + 1e-9) * period_s
-    return down._replace(delay_s=below), up._replace(delay_s=left - below)
+    left = max(0.0, path.delay_s - delay_s)
+    below = int(min(path.down.delay_s, left) / period_s + 1e-9) * period_s
+    return PathSettings(replace(path.down, delay_s=below), replace(path.up, delay_s=left - below))
 
 
 def patience_s(settings: LinkSettings, size: int, period_s: float) -> float:
@@ -81,7 +75,7 @@ class LinkDirection:
         self._count = 0
         self._in_burst = False
         self._free_at = -inf  # preflight comes before t = 0
-        self._plain = settings._replace(delay_s=0.0, reorder_s=0.1, loss_burst=0.0) == LinkSettings()
+        self._plain = replace(settings, delay_s=0.0, reorder_s=0.1, loss_burst=0.0) == LinkSettings()
 
     def send(self, time_s: float, item: Any, size: int) -> None:
         """Put `item` of `size` bytes in at `time_s`."""

@@ -1,10 +1,12 @@
 """The ground path: a UDP socket for ground stations, and the emulated ground link behind it."""
 
 import socket
+from dataclasses import dataclass
 
-from sim_bridge.links.emulation import LinkDirection, LinkSettings
+from sim_bridge.errors import ScenarioError
+from sim_bridge.links.emulation import LinkDirection, PathSettings
 from sim_bridge.links.wire import carries_control
-from sim_bridge.scenario.scenario import Scenario, ScenarioError
+from sim_bridge.settings import Settings, words
 
 _MOST_STATIONS = 32
 _MARKER = 0xFD  # first byte of a MAVLink 2 frame
@@ -27,9 +29,9 @@ def parse_address(text: str, where: str) -> _Address:
 class GroundLink:
     """Both directions of the emulated ground path. Carries whole datagrams down and single frames up."""
 
-    def __init__(self, settings: tuple[LinkSettings, LinkSettings], seed: int):
-        self._down = LinkDirection(settings[0], f"{seed}:ground.down")
-        self._up = LinkDirection(settings[1], f"{seed}:ground.up")
+    def __init__(self, path: PathSettings, seed: int):
+        self._down = LinkDirection(path.down, f"{seed}:ground.down")
+        self._up = LinkDirection(path.up, f"{seed}:ground.up")
         self.refused = 0
 
     def from_station(self, time_s: float, datagram: bytes) -> None:
@@ -53,6 +55,14 @@ class GroundLink:
         return [frame for _, frame in self._up.due(time_s)]
 
 
+@dataclass(frozen=True, kw_only=True)
+class GroundSettings(Settings):
+    """The scenario's section `ground`: where ground stations are."""
+
+    send_to: str = words("127.0.0.1:14550", "address that the kite sends to")
+    listen: str = words("127.0.0.1:14551", "address that the kite listens on; port 0 is any free one")
+
+
 class GroundSocket:
     """The ground stations: the address that the kite sends to, and those that have sent to ours.
 
@@ -62,9 +72,9 @@ class GroundSocket:
         ScenarioError: an address is invalid, or in use by another program.
     """
 
-    def __init__(self, scenario: Scenario):
-        listen = parse_address(scenario["ground.listen"], "ground.listen")
-        self._configured = _resolved(scenario["ground.send_to"])
+    def __init__(self, settings: GroundSettings):
+        listen = parse_address(settings.listen, "ground.listen")
+        self._configured = _resolved(settings.send_to)
         self._stations: dict[_Address, None] = {}  # the longest silent first
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
@@ -73,7 +83,7 @@ class GroundSocket:
         except OSError as error:
             self._socket.close()
             raise ScenarioError(
-                f"ground.listen = {scenario['ground.listen']}: {error.strerror}; "
+                f"ground.listen = {settings.listen}: {error.strerror}; "
                 "stop the other program or set ground.listen to another port") from error
         self.address: _Address = self._socket.getsockname()
 

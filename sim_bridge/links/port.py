@@ -5,8 +5,8 @@ import time
 from collections.abc import Callable
 from typing import Any, Protocol
 
+from sim_bridge.errors import ScenarioError
 from sim_bridge.links.ground_path import parse_address
-from sim_bridge.scenario.scenario import ScenarioError
 
 _RETRY_S = 1.0
 _BITS_PER_BYTE = 10  # 8 data bits, start and stop

@@ -3,7 +3,6 @@
 from typing import Any
 
 from protocol import dialect
-from sim_bridge.runtimes.interface import Message
 
 CONTROL_ONLY = frozenset(
     (dialect.MAVLINK_MSG_ID_KITE_TICK, dialect.MAVLINK_MSG_ID_KITE_TICK_END, dialect.MAVLINK_MSG_ID_KITE_SENSORS))
@@ -11,6 +10,8 @@ BRIDGE_SYSTEM = 255
 BRIDGE_COMPONENT = 255
 DATAGRAM = 1400
 STEERING_BYTES = 32  # a HIL_ACTUATOR_CONTROLS frame
+
+Message = tuple[int, tuple[Any, ...]]  # id, and values in wire order
 
 
 class BridgeCodec:

@@ -9,15 +9,17 @@ from math import asin, atan2, ceil, degrees, sqrt
 
 import numpy as np
 
+from sim_bridge.errors import ScenarioError
 from sim_bridge.plants.four_point_forces import Sizes, add_forces, advance, kite_frame
 from sim_bridge.plants.four_point_geometry import Shape
+from sim_bridge.plants.four_point_settings import FourPointSettings
 from sim_bridge.plants.interface import Vector
 from sim_bridge.plants.particles import Points
 from sim_bridge.plants.polars import coefficient
-from sim_bridge.plants.tether import GRAVITY
+from sim_bridge.plants.tether import GRAVITY, Tether
 from sim_bridge.plants.tethered_kite import TetheredKite, check_start_height, start_air, tangent_part
-from sim_bridge.scenario.scenario import Scenario, ScenarioError
 from sim_bridge.wind.air import Air
+from sim_bridge.wind.wind_settings import WindSettings
 
 _GIVEN_STEP_S = 0.02  # a step of the plant; it is integrated in as many as it takes
 _DAMPING_STEPS = 2.5  # most damping rate times step of the lightest point in the air, for accuracy
@@ -38,10 +40,10 @@ class FourPointKite(TetheredKite):
         ScenarioError: it cannot fly there, or its sizes do not match.
     """
 
-    def __init__(self, scenario: Scenario, position: Vector, direction: Vector):
-        super().__init__(scenario, _GIVEN_STEP_S)
-        self.shape = Shape.from_scenario(scenario)
-        self.sizes = Sizes.from_scenario(scenario)
+    def __init__(self, settings: FourPointSettings, wind: WindSettings, position: Vector, direction: Vector):
+        super().__init__(Tether.of(settings.tether, settings.line_length_m), wind, _GIVEN_STEP_S)
+        self.shape = Shape.of(settings)
+        self.sizes = Sizes.of(settings)
         if self.sizes.side_area >= 1.0:
             raise ScenarioError(f"kite.side_area = {self.sizes.side_area:g} is below 1 for the four-point kite")
         self._first = self.tether.segments
@@ -52,12 +54,12 @@ class FourPointKite(TetheredKite):
         self._damping = 0.5 * self.sizes.area_m2 * float(np.max(np.abs(slopes))) / np.radians(1.0) * light
         tether = self.tether
         node_kg, stiffness = tether.segment_m * tether.mass_kg_m, tether.stiffness_n / tether.segment_m
-        self._longest_s = min(scenario["plant.step_s"], max(_LEAST_STEP_S, sqrt(_STIFF_STEPS * node_kg / stiffness)))
+        self._longest_s = min(settings.step_s, max(_LEAST_STEP_S, sqrt(_STIFF_STEPS * node_kg / stiffness)))
         gamma, course = np.array(position), np.array(direction)
         masses = np.concatenate([self.tether.masses(), kite_masses])
-        masses[self._first - 1] += scenario["kite.pod_mass_kg"]
-        check_start_height(scenario, gamma)
-        air = start_air(scenario)
+        masses[self._first - 1] += settings.kite.pod_mass_kg
+        check_start_height("four-point", settings.line_length_m * float(gamma[2]))
+        air = start_air(wind)
         points = self._laid_out(gamma, course)
         self.build(points, np.zeros_like(points), masses, self.tether.springs() + self.shape.springs(self._first - 1),
                    air)

@@ -8,9 +8,10 @@ code gives them the tether's.
 """
 
 from math import atan2, radians, sqrt
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from sim_bridge.compiled import compiled
+from sim_bridge.plants.four_point_settings import FourPointSettings
 from sim_bridge.plants.particles import Points, first_stage, second_stage
 from sim_bridge.plants.polars import Polars, coefficient, depower_angle
 from sim_bridge.plants.tether import GRAVITY, add_tether_loads
@@ -35,14 +36,14 @@ class Sizes(NamedTuple):
     drag: Points
 
     @classmethod
-    def from_scenario(cls, scenario: Any) -> "Sizes":
-        """From the sections `four_point`, `kite` and `tether`."""
+    def of(cls, settings: FourPointSettings) -> "Sizes":
+        """From the settings of the kite and its tether."""
+        kite, frame, tether = settings.kite, settings.four_point, settings.tether
         return cls(
-            scenario["kite.area_m2"], scenario["kite.side_area"], scenario["four_point.drag_correction"],
-            radians(scenario["four_point.alpha_zero_deg"]) - depower_angle(scenario["kite.depower"]),
-            radians(scenario["four_point.alpha_tip_deg"]), radians(scenario["four_point.steering_deg"]),
-            scenario["kite.bridle_diameter_m"], scenario["tether.segments"], scenario["tether.diameter_m"],
-            scenario["tether.drag_coefficient"], *Polars.from_scenario(scenario))
+            kite.area_m2, kite.side_area, frame.drag_correction,
+            radians(frame.alpha_zero_deg) - depower_angle(kite.depower), radians(frame.alpha_tip_deg),
+            radians(frame.steering_deg), kite.bridle_diameter_m, tether.segments, tether.diameter_m,
+            tether.drag_coefficient, *Polars.of(kite))
 
 
 @compiled

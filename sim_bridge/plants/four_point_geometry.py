@@ -4,10 +4,11 @@ U. Fechner et al., "Dynamic model of a pumping kite power system" (2015), sectio
 MIT-licensed KiteModels (KPS4).
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from sim_bridge.plants.four_point_settings import FourPointSettings
 from sim_bridge.plants.particles import Points, Spring
 
 POD, NOSE, TOP, LEFT, RIGHT = range(5)
@@ -17,7 +18,7 @@ _SLACK = 0.9998  # unstretched over geometric length
 
 
 class Shape(NamedTuple):
-    """Sizes of the kite; see the scenario's keys of the same names."""
+    """Sizes of the kite; see the settings of the same names."""
 
     height_m: float
     bridle_height_m: float
@@ -32,9 +33,10 @@ class Shape(NamedTuple):
     extension_damping: float
 
     @classmethod
-    def from_scenario(cls, scenario: Any) -> "Shape":
-        """From the scenario's sections `four_point` and `kite`."""
-        return cls(*(scenario["kite.mass_kg" if name == "mass_kg" else f"four_point.{name}"] for name in cls._fields))
+    def of(cls, settings: FourPointSettings) -> "Shape":
+        """From the settings of the kite."""
+        return cls(*(getattr(settings.kite if name == "mass_kg" else settings.four_point, name)
+                     for name in cls._fields))
 
     def points(self, pod: Points, nose: Points, down: Points) -> Points:
         """Positions of A, B, C, D (4, 3); the unit vectors `nose` and `down`, the frame's x and z, are orthogonal."""

@@ -7,18 +7,20 @@ out.
 """
 
 from math import asin, ceil, sqrt
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from sim_bridge.compiled import compiled
+from sim_bridge.errors import ScenarioError
 from sim_bridge.plants.interface import Vector
+from sim_bridge.plants.kite_settings import OnePointSettings
 from sim_bridge.plants.particles import Points, first_stage, second_stage
 from sim_bridge.plants.polars import Polars, coefficient, depower_angle
-from sim_bridge.plants.tether import GRAVITY, add_tether_loads, lower_density
+from sim_bridge.plants.tether import GRAVITY, Tether, add_tether_loads, lower_density
 from sim_bridge.plants.tethered_kite import TetheredKite, check_start_height, start_air, tangent_part
-from sim_bridge.scenario.scenario import Scenario, ScenarioError
 from sim_bridge.wind.air import Air
+from sim_bridge.wind.wind_settings import WindSettings
 
 _DAMPING_STEPS = 1.0  # the air damps nothing by more than exp(-1) a step: 2 is the limit of stability
 _MOST_STEPS = 1000  # a state that asks for more than these is lost
@@ -42,35 +44,35 @@ class _Sizes(NamedTuple):
     drag: Points
 
     @classmethod
-    def from_scenario(cls, scenario: Any) -> "_Sizes":
+    def of(cls, settings: OnePointSettings) -> "_Sizes":
+        kite, tether = settings.kite, settings.tether
         return cls(
-            scenario["kite.area_m2"], depower_angle(scenario["kite.depower"]), scenario["kite.bridle_drag"],
-            scenario["kite.steering_drag"], scenario["kite.side_area"] * scenario["kite.steering_force"],
-            scenario["kite.gravity_correction_m_s"],
-            scenario["kite.bridle_length_m"] * scenario["kite.bridle_diameter_m"], scenario["tether.diameter_m"],
-            scenario["tether.drag_coefficient"], *Polars.from_scenario(scenario))
+            kite.area_m2, depower_angle(kite.depower), kite.bridle_drag, kite.steering_drag,
+            kite.side_area * kite.steering_force, kite.gravity_correction_m_s,
+            kite.bridle_length_m * kite.bridle_diameter_m, tether.diameter_m, tether.drag_coefficient,
+            *Polars.of(kite))
 
 
 class OnePointKite(TetheredKite):
     """The last point of the tether is kite and control pod in one.
 
-    Steps are plant.step_s long, but no longer than the tether's stiffness and aerodynamic damping allow: 5
+    Steps are `step_s` long, but no longer than the tether's stiffness and aerodynamic damping allow: 5
     ms on a 40 m tether, where half of that changes the position in steered flight by 5e-4 rad in 20 s.
 
     Raises:
         ScenarioError: it cannot fly there, or its sizes do not match.
     """
 
-    def __init__(self, scenario: Scenario, position: Vector, direction: Vector):
-        super().__init__(scenario, scenario["plant.step_s"])
-        self.sizes = _Sizes.from_scenario(scenario)
+    def __init__(self, settings: OnePointSettings, wind: WindSettings, position: Vector, direction: Vector):
+        super().__init__(Tether.of(settings.tether, settings.line_length_m), wind, settings.step_s)
+        self.sizes = _Sizes.of(settings)
         masses = self.tether.masses()
         masses[-1] *= 2.0  # as published, a whole segment
-        masses[-1] += scenario["kite.mass_kg"] + scenario["kite.pod_mass_kg"]
+        masses[-1] += settings.kite.mass_kg + settings.kite.pod_mass_kg
         gamma = np.array(position)
-        check_start_height(scenario, gamma)
+        check_start_height("one-point", settings.line_length_m * float(gamma[2]))
         points = self.tether.straight(self.tether.length_m * gamma)
-        self.build(points, np.zeros_like(points), masses, self.tether.springs(), start_air(scenario))
+        self.build(points, np.zeros_like(points), masses, self.tether.springs(), start_air(wind))
         self._force = np.zeros_like(points)
         self._damping = self._greatest_damping()
         tether = self.tether

@@ -3,19 +3,21 @@
 The polars are interpolating cubic splines with not-a-knot ends (what scipy's UnivariateSpline with k=3, s=0 gives),
 tabulated once, so that compiled code reads them:
 
-    polars = Polars.from_scenario(scenario)
+    polars = Polars.of(KiteSettings())
     c_l = coefficient(polars.lift, alpha)       # alpha in rad, any; both here and in compiled functions
     c_d = coefficient(polars.drag, alpha)
 """
 
+from collections.abc import Sequence
 from math import acos, hypot, pi
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sim_bridge.compiled import compiled
-from sim_bridge.scenario.scenario import ScenarioError
+from sim_bridge.errors import ScenarioError
+from sim_bridge.plants.kite_settings import KiteSettings
 
 Table = NDArray[np.float64]
 
@@ -34,13 +36,14 @@ class Polars(NamedTuple):
     drag: Table
 
     @classmethod
-    def from_scenario(cls, scenario: Any) -> "Polars":
-        """From the lists in the scenario's section `kite`.
+    def of(cls, kite: KiteSettings) -> "Polars":
+        """From the lists of a kite's settings.
 
         Raises:
             ScenarioError: angles and coefficients do not match.
         """
-        return cls(*(_table(scenario, kind) for kind in ("lift", "drag")))
+        return cls(_table("lift", kite.lift_angles_deg, kite.lift_coefficients),
+                   _table("drag", kite.drag_angles_deg, kite.drag_coefficients))
 
 
 @compiled
@@ -71,9 +74,9 @@ def depower_angle(depower: float) -> float:
     return 0.5 * pi - acos((a * a + b * b - c * c) / (2.0 * a * b))
 
 
-def _table(scenario: Any, kind: str) -> Table:
+def _table(kind: str, at: Sequence[float], coefficients: Sequence[float]) -> Table:
     angles_key, values_key = f"kite.{kind}_angles_deg", f"kite.{kind}_coefficients"
-    angles, values = np.array(scenario[angles_key]), np.array(scenario[values_key])
+    angles, values = np.array(at), np.array(coefficients)
     if len(angles) != len(values):
         raise ScenarioError(f"{angles_key} has {len(angles)} numbers, {values_key} {len(values)}: they must have "
                             "equal lengths")

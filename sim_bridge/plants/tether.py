@@ -5,37 +5,29 @@ damper; its drag, on the flow perpendicular to it, is shared by its two ends. Po
 ground point, the last is where the kite hangs.
 """
 
+from dataclasses import dataclass
 from math import exp, sqrt
-from typing import Any, NamedTuple
 
 import numpy as np
 
 from sim_bridge.compiled import compiled
 from sim_bridge.plants.particles import GROUND, Points, Spring
+from sim_bridge.plants.tether_settings import TetherSettings, line_length
 
 GRAVITY = 9.81
 _DENSITY_HEIGHT_M = 8550.0  # over which the density falls by a factor e; see air_density
 
 
-class Tether(NamedTuple):
-    """A tether's sizes; `stiffness_n` and `damping_n_s` are those of a metre of line: k = stiffness / l0."""
+@dataclass(frozen=True, kw_only=True)
+class Tether(TetherSettings):
+    """A tether of `length_m` [m], unstretched."""
 
-    length_m: float  # unstretched
-    segments: int
-    diameter_m: float
-    drag_coefficient: float
-    mass_kg_m: float
-    stiffness_n: float
-    damping_n_s: float
-    compression: float  # share of the stiffness left in compression
+    length_m: float = line_length()
 
     @classmethod
-    def from_scenario(cls, scenario: Any) -> "Tether":
-        """From the scenario's line length and its section `tether`."""
-        return cls(
-            scenario["plant.line_length_m"], scenario["tether.segments"], scenario["tether.diameter_m"],
-            scenario["tether.drag_coefficient"], scenario["tether.mass_kg_m"], scenario["tether.stiffness_n"],
-            scenario["tether.damping_n_s"], scenario["tether.compression"])
+    def of(cls, settings: TetherSettings, length_m: float) -> "Tether":
+        """The tether of these settings and this length [m]."""
+        return cls(length_m=length_m, **vars(settings))
 
     @property
     def segment_m(self) -> float:

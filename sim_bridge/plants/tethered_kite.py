@@ -6,13 +6,14 @@ from math import atan2, isfinite, sqrt
 
 import numpy as np
 
+from sim_bridge.errors import ScenarioError
 from sim_bridge.plants.interface import Truth
 from sim_bridge.plants.particles import ParticleSystem, Points, Spring
 from sim_bridge.plants.tether import Tether
-from sim_bridge.scenario.scenario import Scenario, ScenarioError
 from sim_bridge.wind.air import Air
 from sim_bridge.wind.profile import LAWS, air_density, wind_at
-from sim_bridge.wind.wind import Wind
+from sim_bridge.wind.wind import MeanWind
+from sim_bridge.wind.wind_settings import WindSettings
 
 _LEAST_HEIGHT_M = 0.5
 
@@ -23,12 +24,12 @@ class TetheredKite(ABC):
     Subclasses fill in the forces, and say where the kite is and where its nose points.
     """
 
-    def __init__(self, scenario: Scenario, step_s: float):
+    def __init__(self, tether: Tether, wind: WindSettings, step_s: float):
         self.step_s = step_s
         self.trouble: str | None = None
-        self.tether = Tether.from_scenario(scenario)
-        self._law = LAWS[scenario["wind.profile"]]
-        self._exponent = scenario["wind.exponent"]
+        self.tether = tether
+        self._law = LAWS[wind.profile]
+        self._exponent = wind.exponent
         self.steering = 0.0
         self.density = 0.0
         self.wind = np.zeros(3)  # at the kite [m/s]
@@ -100,22 +101,25 @@ class TetheredKite(ABC):
             self.trouble = f"the kite crashed in {wind:.1f} m/s of wind{slack}"
 
 
-def start_air(scenario: Scenario) -> Air:
-    """The wind at t = 0 without its gusts."""
-    air = Wind(scenario, 1.0 / scenario.parameter("LOOP_HZ")).air
-    return air._replace(along=0.0, across=0.0, vertical=0.0)
+def start_air(wind: WindSettings) -> Air:
+    """The horizontal wind at t = 0 without its gusts.
+
+    Raises:
+        ScenarioError: there is a file for the wind, and something is wrong with it.
+    """
+    speed, direction, _ = MeanWind(wind).at(0.0)
+    return Air(speed, direction)
 
 
-def check_start_height(scenario: Scenario, position: Points) -> None:
-    """Refuse a start at or below the ground, for a kite in the direction `position` (3,).
+def check_start_height(kind: str, height: float) -> None:
+    """Refuse a start of the plant `kind` at a `height` [m] at or below the ground.
 
     Raises:
         ScenarioError: it is there.
     """
-    height = scenario["plant.line_length_m"] * position[2]
     if height < _LEAST_HEIGHT_M:
         raise ScenarioError(
-            f"plant.kind = {scenario['plant.kind']}: the flight would start {height:.1f} m above the ground, which "
+            f"plant.kind = {kind}: the flight would start {height:.1f} m above the ground, which "
             f"takes {_LEAST_HEIGHT_M} m: raise EIGHT_ELEVATION, or start elsewhere")
 
 

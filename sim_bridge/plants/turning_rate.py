@@ -13,9 +13,10 @@ law takes the whole wind at the kite's height. Without wind the kite stands stil
 from math import atan2, cos, hypot, sin, sqrt
 
 from sim_bridge.plants.interface import Truth, Vector
-from sim_bridge.scenario.scenario import Scenario
+from sim_bridge.plants.turning_rate_settings import GLIDE, TurningRateSettings
 from sim_bridge.wind.air import Air
 from sim_bridge.wind.profile import LAWS, wind_at
+from sim_bridge.wind.wind_settings import WindSettings
 
 # Of the glide law, at the edge of the wind window [m/s]. Below it the law's turning by itself fades: its gravity term
 # has the airspeed below the line.
@@ -31,19 +32,19 @@ class TurningRatePlant:
     order with gravity and wind.
     """
 
-    def __init__(self, scenario: Scenario, position: Vector, direction: Vector):
-        self.step_s = scenario["plant.step_s"]
+    def __init__(self, settings: TurningRateSettings, wind: WindSettings, position: Vector, direction: Vector):
+        self.step_s = settings.step_s
         self.trouble: str | None = None
-        self._turn_k = scenario["plant.turn_k"]
-        self._length = scenario["plant.line_length_m"]
-        self._gravity = scenario["plant.gravity_m_s2"]
-        self._offset = scenario["plant.offset_rad_s"]
-        self._transport = scenario["plant.transport"]
-        self._glide = scenario["plant.glide_ratio"] if scenario["plant.speed_law"] == "glide" else 0.0
-        self._wind = scenario["wind.speed_m_s"]
-        self._profile = LAWS[scenario["wind.profile"]], scenario["wind.exponent"]
-        self._airspeed = scenario["plant.airspeed_m_s"]
-        self._speed = scenario["plant.speed_over_length"]
+        self._turn_k = settings.turn_k
+        self._length = settings.line_length_m
+        self._gravity = settings.gravity_m_s2
+        self._offset = settings.offset_rad_s
+        self._transport = settings.transport
+        self._glide = settings.glide_ratio if settings.speed_law == GLIDE else 0.0
+        self._wind = wind.speed_m_s
+        self._profile = LAWS[wind.profile], wind.exponent
+        self._airspeed = settings.airspeed_m_s
+        self._speed = settings.speed_over_length
         self._constant = not (self._gravity or self._glide or not self._transport)
         self._air = Air(self._wind or 1.0)  # until the first step; a kite that stands still cannot be led to its start
         self._share = 1.0  # of the constant law's airspeed and speed

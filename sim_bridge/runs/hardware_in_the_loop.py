@@ -68,7 +68,7 @@ def link_warnings(scenario: Scenario, bytes_per_s: float) -> list[str]:
         return []
     loop_hz = scenario.parameter("LOOP_HZ")
     state_hz = min(loop_hz, scenario.parameter("STATE_HZ"))
-    to_board = SAMPLE_BYTES * (scenario["sensors.rate_hz"] or loop_hz)
+    to_board = SAMPLE_BYTES * (scenario.sensors.rate_hz or loop_hz)
     from_board = STEERING_BYTES * loop_hz + _STATE_BYTES * state_hz + _OTHER_BYTES_S
     warnings = []
     if to_board > _FULL * bytes_per_s:

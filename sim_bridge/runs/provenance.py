@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from protocol.parameter_table import load_parameters
+from sim_bridge.errors import ScenarioError
 from sim_bridge.runs.fingerprint import code_fingerprints, fingerprint, versions
 from sim_bridge.scenario.keys import KEYS
-from sim_bridge.scenario.scenario import Scenario, ScenarioError
+from sim_bridge.scenario.scenario import Scenario
 
 WIND_COPY = "wind.csv"
 
@@ -17,7 +18,7 @@ def what_decides(scenario: Scenario) -> dict[str, Any]:
     """Everything that decides the flight of `scenario`, for run.json."""
     return {
         "scenario": scenario.to_dict(), "defaults": _defaults(),
-        "wind_file": wind_fingerprint(scenario["wind.file"]), "code": code_fingerprints(), "versions": versions(),
+        "wind_file": wind_fingerprint(scenario.wind.file), "code": code_fingerprints(), "versions": versions(),
     }
 
 
@@ -48,7 +49,7 @@ def scenario_as_logged(about: dict[str, Any], folder: Path) -> Scenario:
     known = {part: {name: value for name, value in logged[part].items() if name in table}
              for part, table in _tables().items()}
     scenario = Scenario.from_dict(logged | known, where)
-    if scenario["wind.file"]:
+    if scenario.wind.file:
         _take_wind(scenario, about.get("wind_file"), folder)
     return scenario
 
@@ -90,7 +91,7 @@ def _defaults() -> dict[str, dict[str, Any]]:
 
 def _take_wind(scenario: Scenario, logged: str | None, folder: Path) -> None:
     """Let the scenario take the wind from the log's own copy or, if it still is what it was, from its old place."""
-    for path in (folder / WIND_COPY, Path(scenario["wind.file"])):
+    for path in (folder / WIND_COPY, Path(scenario.wind.file)):
         if path.exists() and logged in (None, wind_fingerprint(str(path))):
             scenario.set("wind.file", str(path), str(folder))
             return

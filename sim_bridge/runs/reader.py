@@ -4,10 +4,11 @@ import json
 from pathlib import Path
 from typing import Any
 
+from sim_bridge.errors import ScenarioError
 from sim_bridge.runs.growing_files import set_aside
 from sim_bridge.runs.provenance import scenario_as_logged
 from sim_bridge.runs.run_log import COMPLETE_BEFORE, FORMAT, INPUT, RUN, TRUTH
-from sim_bridge.scenario.scenario import Scenario, ScenarioError
+from sim_bridge.scenario.scenario import Scenario
 
 _OLD_FORMAT = 1  # written at the end of a run only: what is there is complete
 

@@ -7,16 +7,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from sim_bridge.errors import ScenarioError
 from sim_bridge.flight.flight import Flight
 from sim_bridge.flight.plant_choice import warm_up
-from sim_bridge.links.emulation import link_settings
 from sim_bridge.links.ground_path import GroundLink, GroundSocket
 from sim_bridge.runs.run_log import RunLog
 from sim_bridge.runtimes.inproc import InprocRuntime
 from sim_bridge.runtimes.interface import Runtime
 from sim_bridge.runtimes.process import ProcessRuntime, micropython_command
 from sim_bridge.runtimes.real_time import HilRuntime, RealTimeRuntime
-from sim_bridge.scenario.scenario import Scenario, ScenarioError
+from sim_bridge.scenario.scenario import Scenario
 
 RUNTIMES = ("inproc", "cpython", "micropython")
 FOREVER_LIMIT_MB = 500.0  # of a log, for a flight that nobody may ever end: some five hours
@@ -81,15 +81,14 @@ def run_scenario(scenario: Scenario, options: RunOptions, recorded: Any = None, 
         raise ScenarioError("--ground: ground stations need a firmware with a wire: --runtime cpython")
     stations = log = None
     try:
-        stations = GroundSocket(scenario) if options.ground else None
+        stations = GroundSocket(scenario.ground) if options.ground else None
         log = RunLog(options.log, notice, options.log_limit_bytes()) if options.log else None
         warm_up(scenario, notice)
         runtime = runtime or make_runtime(options.runtime, options.speed == 1, log is not None, notice)
         real_time = isinstance(runtime, RealTimeRuntime | HilRuntime)
         ground = recorded
         if stations:
-            period_s = 1.0 / scenario.parameter("LOOP_HZ")
-            ground = GroundLink(link_settings(scenario, "ground", period_s), scenario["run.seed"])
+            ground = GroundLink(scenario.link.ground, scenario.run.seed)
         flight = Flight(scenario, runtime, ground, stations, log.watch if log else None)
         if log:
             log.begin(scenario, {"runtime": runtime.name, "speed": str(options.speed), "real_time": real_time,
@@ -124,8 +123,8 @@ def sum_up(flight: Flight, wall_s: float) -> dict[str, Any]:
     scenario = flight.scenario
     sim_s = max(0.0, flight.time_s)
     return {
-        "scenario": scenario.name, "plant": scenario["plant.kind"], "runtime": flight.runtime.name,
-        "seed": scenario["run.seed"], "sim_s": sim_s, "wall_s": wall_s, "real_time_factor": sim_s / wall_s,
+        "scenario": scenario.name, "plant": scenario.plant_kind, "runtime": flight.runtime.name,
+        "seed": scenario.run.seed, "sim_s": sim_s, "wall_s": wall_s, "real_time_factor": sim_s / wall_s,
         **flight.metrics()._asdict(),
         "ticks": len(flight.rows), "overruns": flight.overruns,
     }
@@ -133,7 +132,7 @@ def sum_up(flight: Flight, wall_s: float) -> dict[str, Any]:
 
 def _fly(flight: Flight, options: RunOptions) -> tuple[float, bool]:
     """Fly to the end, or until Ctrl-C; return the wall time from t = 0 on, and whether it was Ctrl-C."""
-    end_s = flight.scenario["run.duration_s"] if options.until_s is None else options.until_s
+    end_s = flight.scenario.run.duration_s if options.until_s is None else options.until_s
     end_s = math.inf if options.forever else end_s
     paced = options.speed if math.isfinite(options.speed) else 0.0
     runtime = flight.runtime

@@ -21,12 +21,13 @@ from typing import Any
 
 from kite_analysis.flights.tlog import frame_length, tlog_entry
 from protocol import dialect
+from sim_bridge.errors import ScenarioError
 from sim_bridge.flight.flight import COLUMNS, TickRecord
 from sim_bridge.links.wire import BridgeCodec
 from sim_bridge.runs.growing_files import GrowingFiles
 from sim_bridge.runs.input_budget import InputBudget
 from sim_bridge.runs.provenance import WIND_COPY, what_decides
-from sim_bridge.scenario.scenario import Scenario, ScenarioError
+from sim_bridge.scenario.scenario import Scenario
 
 FORMAT = 2
 RUN, TRUTH, INPUT = "run.json", "truth.csv", "ground_input.txt"
@@ -78,8 +79,8 @@ class RunLog:
         self._records_input = about["ground"] and not about["real_time"]
         names = (INPUT, TRUTH, "control.tlog", "ground.tlog")
         try:
-            if scenario["wind.file"]:
-                (self.folder / WIND_COPY).write_bytes(Path(scenario["wind.file"]).read_bytes())
+            if scenario.wind.file:
+                (self.folder / WIND_COPY).write_bytes(Path(scenario.wind.file).read_bytes())
             self._write_about()
             self._files = GrowingFiles([self.folder / name for name in names], [b"", HEADER.encode(), b"", b""])
         except OSError as error:

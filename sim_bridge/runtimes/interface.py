@@ -7,8 +7,7 @@ wire order), as the firmware's own tables have them, so that no runtime needs to
 from typing import Any, NamedTuple, Protocol
 
 from sim_bridge.equipment.sensors import Sample
-
-Message = tuple[int, tuple[Any, ...]]
+from sim_bridge.links.wire import Message
 
 
 class FirmwareError(Exception):

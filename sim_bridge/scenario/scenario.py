@@ -1,31 +1,29 @@
 """Scenarios: TOML files with plant, links, parameters and everything else that decides a flight."""
 
-import difflib
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from protocol.parameter_table import float32, load_parameters
+from sim_bridge.errors import ScenarioError
 from sim_bridge.scenario.keys import KEYS, plants_that_know
-from sim_bridge.settings import Value
+from sim_bridge.scenario.sections import Sections
+from sim_bridge.settings import Value, near_miss, read_number
 
 
-class ScenarioError(Exception):
-    """A scenario cannot be used; the text says what is wrong and where, in one line."""
+class Scenario(Sections):
+    """A resolved scenario: `values` by dotted key, and `parameters` by name (float32, all others at their default).
 
-
-class Scenario:
-    """A resolved scenario: `values` by dotted key, and `parameters` by name (float32, all others at their default)."""
+    Parts of a flight get their settings from its sections, such as `scenario.actuator`; see Sections.
+    """
 
     def __init__(self, name: str):
+        super().__init__({key: entry.default for key, entry in KEYS.items()})
         self.name = name
-        self.values: dict[str, Any] = {key: entry.default for key, entry in KEYS.items()}
         self.parameters: dict[str, float] = {}
-
-    def __getitem__(self, key: str) -> Any:
-        return self.values[key]
 
     def set(self, key: str, value: Value, where: str) -> None:
         """Set a key; errors name `where` (a file, an option).
@@ -34,14 +32,15 @@ class Scenario:
             ScenarioError: no such key, or an invalid value.
         """
         if key not in KEYS:
-            raise ScenarioError(f"{where}: no key {key}{_suggest(key, KEYS)}")
-        self.values[key] = _checked(key, value, where)
+            raise ScenarioError(f"{where}: no key {key}{near_miss(key, KEYS)}")
+        with _named(where):
+            self.values[key] = KEYS[key].checked(key, value)
 
     def set_parameter(self, name: str, value: float, where: str) -> None:
         """Set a firmware parameter, as `set` does a key."""
         table = load_parameters()
         if name not in table:
-            raise ScenarioError(f"{where}: no parameter {name}{_suggest(name, table)}")
+            raise ScenarioError(f"{where}: no parameter {name}{near_miss(name, table)}")
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise ScenarioError(f"{where}: {name} takes a number, not {value!r}")
         problem = "is read-only" if table[name].read_only else table[name].problem_with(value)
@@ -60,14 +59,18 @@ class Scenario:
         if not equals or not text:
             raise ScenarioError(f"{where}: write {'NAME=value' if option == '--param' else 'section.key=value'}")
         if option == "--param":
-            self.set_parameter(key, _number(text, where), where)
+            with _named(where):
+                number = read_number(text)
+            self.set_parameter(key, number, where)
         else:
-            self.set(key, _typed(key, text, where), where)
+            with _named(where):
+                value = KEYS[key].read(key, text) if key in KEYS else text
+            self.set(key, value, where)
             self.check_meaning(key, where)
 
     def check_meaning(self, key: str, where: str) -> None:
         """Raises ScenarioError if `key` has no effect on the scenario's plant."""
-        kind, plants = self["plant.kind"], plants_that_know(key)
+        kind, plants = self.plant_kind, plants_that_know(key)
         if kind not in plants:
             raise ScenarioError(f"{where}: {key} is for plant.kind = {' or '.join(plants)}, not {kind}")
 
@@ -121,7 +124,7 @@ def load_scenario(name: str) -> Scenario:
             raise ScenarioError(f"{path}: {reason}") from error
     names = scenario_names()
     if name not in names:
-        raise ScenarioError(f"no scenario {name}{_suggest(name, names)}; kite-sitl list shows all")
+        raise ScenarioError(f"no scenario {name}{near_miss(name, names)}; kite-sitl list shows all")
     text = (resources.files("sim_bridge") / "scenario" / "sets" / f"{name}.toml").read_text("utf-8")
     return parse_scenario(name, text, f"{name}.toml")
 
@@ -134,13 +137,14 @@ def set_for_plant(scenario: Scenario, kind: str, notice: Callable[[str], None]) 
     Raises:
         ScenarioError: no such plant, or no set for it.
     """
-    _checked("plant.kind", kind, f"--set plant.kind={kind}")
-    if scenario["plant.kind"] == kind:
+    with _named(f"--set plant.kind={kind}"):
+        KEYS["plant.kind"].checked("plant.kind", kind)
+    if scenario.plant_kind == kind:
         return scenario
-    family = scenario.name.removesuffix(f"-{scenario['plant.kind']}")
+    family = scenario.name.removesuffix(f"-{scenario.plant_kind}")
     name = family if kind == "turning-rate" else f"{family}-{kind}"
     if name not in scenario_names():
-        sets = [other for other in scenario_names() if load_scenario(other)["plant.kind"] == kind]
+        sets = [other for other in scenario_names() if load_scenario(other).plant_kind == kind]
         raise ScenarioError(f"--set plant.kind={kind}: {scenario.name} has no set for it; there are {', '.join(sets)}")
     notice(f"flying {name}, the set of kite, tether and eight for this plant")
     return load_scenario(name)
@@ -173,59 +177,10 @@ def _flatten(content: dict[str, Any], prefix: str = "") -> list[tuple[str, Any]]
     return pairs
 
 
-def _suggest(name: str, known: Any) -> str:
-    near = difflib.get_close_matches(name, list(known), 1, 0.5)
-    return f"; did you mean {near[0]}?" if near else ""
-
-
-def _number(text: str, where: str) -> float:
+@contextmanager
+def _named(where: str) -> Iterator[None]:
+    """Have what is wrong with a value say `where` it stands."""
     try:
-        return float(text)
-    except ValueError:
-        raise ScenarioError(f"{where}: {text!r} is not a number") from None
-
-
-def _typed(key: str, text: str, where: str) -> Value:
-    """A value as typed on the command line, by the kind of its key."""
-    kind = KEYS[key].kind if key in KEYS else str
-    if kind is bool:
-        if text.lower() not in ("true", "false"):
-            raise ScenarioError(f"{where}: {key} takes true or false")
-        return text.lower() == "true"
-    if kind is int:
-        number = _number(text, where)
-        if not number.is_integer():
-            raise ScenarioError(f"{where}: {key} takes a whole number")
-        return int(text) if text.lstrip("+-").isdigit() else int(number)
-    if kind is tuple:
-        return tuple(_number(part.strip(), where) for part in text.split(","))
-    return _number(text, where) if kind is float else text
-
-
-def _checked(key: str, value: Any, where: str) -> Value:
-    entry = KEYS[key]
-    if entry.kind is tuple:
-        return _checked_numbers(key, value, where)
-    if entry.kind is float and isinstance(value, int) and not isinstance(value, bool):
-        value = float(value)
-    if not isinstance(value, entry.kind) or (entry.kind is int and isinstance(value, bool)):
-        wanted = {float: "a number", int: "a whole number", bool: "true or false", str: "text"}[entry.kind]
-        raise ScenarioError(f"{where}: {key} takes {wanted}, not {value!r}")
-    if entry.choices and value not in entry.choices:
-        raise ScenarioError(f"{where}: {key} is one of {', '.join(entry.choices)}{_suggest(str(value), entry.choices)}")
-    if entry.kind in (float, int) and not entry.least <= value <= entry.greatest:  # type: ignore[operator]
-        raise ScenarioError(f"{where}: {key} = {value:g} is outside {entry.least:g} to {entry.greatest:g}")
-    return value
-
-
-def _checked_numbers(key: str, value: Any, where: str) -> tuple[float, ...]:
-    """A list of numbers, as one of floats; each lies within the key's bounds."""
-    entry = KEYS[key]
-    if not isinstance(value, list | tuple) or not value:
-        raise ScenarioError(f"{where}: {key} takes a list of numbers, not {value!r}")
-    for number in value:
-        if isinstance(number, bool) or not isinstance(number, int | float):
-            raise ScenarioError(f"{where}: {key} takes numbers, not {number!r}")
-        if not entry.least <= number <= entry.greatest:
-            raise ScenarioError(f"{where}: {key}: {number:g} is outside {entry.least:g} to {entry.greatest:g}")
-    return tuple(float(number) for number in value)
+        yield
+    except ValueError as error:
+        raise ScenarioError(f"{where}: {error}") from None

@@ -6,7 +6,8 @@ from itertools import product
 from random import Random
 from typing import NamedTuple
 
-from sim_bridge.scenario.scenario import Scenario, ScenarioError
+from sim_bridge.errors import ScenarioError
+from sim_bridge.scenario.scenario import Scenario
 
 _PARAMETER = "param."
 

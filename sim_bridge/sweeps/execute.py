@@ -8,10 +8,11 @@ from contextlib import contextmanager
 from typing import Any
 
 from kite_analysis.console.optional_packages import ExtraMissingError
+from sim_bridge.errors import ScenarioError
 from sim_bridge.runs.fingerprint import code_fingerprint
 from sim_bridge.runs.run import RunOptions, run_scenario
 from sim_bridge.runtimes.interface import FirmwareError
-from sim_bridge.scenario.scenario import Scenario, ScenarioError
+from sim_bridge.scenario.scenario import Scenario
 from sim_bridge.sweeps.results import METRICS
 
 
@@ -24,7 +25,7 @@ def fly_run(run: int, content: dict[str, Any], code: str) -> dict[str, Any]:
     if code_fingerprint() != code:
         raise ScenarioError("the cluster's workers have different code: install the same version on all machines")
     scenario = Scenario.from_dict(content, f"run {run}")
-    row: dict[str, Any] = {"run": run, "seed": scenario["run.seed"], **dict.fromkeys(METRICS, "")}
+    row: dict[str, Any] = {"run": run, "seed": scenario.run.seed, **dict.fromkeys(METRICS, "")}
     try:
         numbers = run_scenario(scenario, RunOptions(), notice=lambda _: None).numbers
     except (ScenarioError, FirmwareError) as error:

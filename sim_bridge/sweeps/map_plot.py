@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -12,7 +12,10 @@ from kite_analysis.delay.whole_loop import gain_limit
 from kite_analysis.figure_eight import Array
 from kite_analysis.metrics import LOST, NOT_MEASURED, TRACKING, UNSTABLE
 from kite_analysis.plots import new_figure
-from sim_bridge.scenario.scenario import Scenario, ScenarioError
+from sim_bridge.errors import ScenarioError
+from sim_bridge.plants.turning_rate_settings import CONSTANT, TurningRateSettings
+from sim_bridge.scenario.keys import PlantSettings
+from sim_bridge.scenario.scenario import Scenario
 from sim_bridge.sweeps.axes import Axis, apply
 
 _GAIN = "param.INNER_P"
@@ -69,7 +72,7 @@ def _size(count: int) -> float:
 def _draw_limits(plot: Any, base: Scenario, axes: Sequence[Axis]) -> None:
     """The paper's limit on P and the whole loop's, where one of the two axes is P and the theory knows the other."""
     keys = [axis.key for axis in axes[:2]]
-    if _GAIN not in keys or base["plant.kind"] != "turning-rate" or base["plant.speed_law"] != "constant":
+    if _GAIN not in keys or not _obeys_the_law(base.plant):
         return
     other = axes[1 - keys.index(_GAIN)]
     gain = axes[keys.index(_GAIN)]
@@ -92,10 +95,14 @@ def _limits(base: Scenario, other: Axis, value: float) -> tuple[float, float]:
         apply(scenario, [other], [repr(value)])
     except ScenarioError:
         return math.nan, math.nan
-    delay_s = scenario["actuator.dead_time_s"]
-    for direction in ("down", "up"):
-        one_way = scenario[f"link.control.{direction}.delay_s"]
-        delay_s += 0.5 * scenario["link.control.delay_s"] if one_way is None else one_way
-    whole_s = loop_delay(delay_s, scenario.parameter("LOOP_HZ"))
-    loop = Loop(whole_s, scenario["plant.speed_over_length"], scenario["actuator.lag_s"])
+    plant, actuator = scenario.plant, scenario.actuator
+    if not _obeys_the_law(plant):
+        return math.nan, math.nan
+    whole_s = loop_delay(actuator.dead_time_s + scenario.link.control.delay_s, scenario.parameter("LOOP_HZ"))
+    loop = Loop(whole_s, plant.speed_over_length, actuator.lag_s)
     return stability_limit(whole_s), gain_limit(loop, scenario.parameter("OUTER_L"))
+
+
+def _obeys_the_law(plant: PlantSettings) -> TypeGuard[TurningRateSettings]:
+    """Is it the kite that the theory is for?"""
+    return isinstance(plant, TurningRateSettings) and plant.speed_law == CONSTANT

@@ -8,8 +8,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from sim_bridge.errors import ScenarioError
 from sim_bridge.runs.fingerprint import code_fingerprint
-from sim_bridge.scenario.scenario import ScenarioError
 
 METRICS = (
     "verdict", "cross_track_rms_rad", "cross_track_max_rad", "turning_angle_rms_rad", "steering_rms",

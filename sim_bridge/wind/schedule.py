@@ -2,7 +2,7 @@
 
 from math import cos, pi, radians
 
-from sim_bridge.scenario.scenario import Scenario
+from sim_bridge.wind.wind_settings import WindSettings
 
 
 class Schedule:
@@ -12,12 +12,12 @@ class Schedule:
     nothing is planned.
     """
 
-    def __init__(self, scenario: Scenario):
-        self._step_s, self._step = scenario["wind.step_s"], scenario["wind.step_m_s"]
-        self._lull_s, self._lull_length = scenario["wind.lull_start_s"], scenario["wind.lull_length_s"]
-        self._ramp, self._lull_to = scenario["wind.lull_ramp_s"], scenario["wind.lull_to"]
-        self._turn_s, self._turn = scenario["wind.turn_start_s"], radians(scenario["wind.turn_by_deg"])
-        self._turn_length = 0.5 * pi * abs(self._turn) / radians(scenario["wind.turn_rate_deg_s"])
+    def __init__(self, settings: WindSettings):
+        self._step_s, self._step = settings.step_s, settings.step_m_s
+        self._lull_s, self._lull_length = settings.lull_start_s, settings.lull_length_s
+        self._ramp, self._lull_to = settings.lull_ramp_s, settings.lull_to
+        self._turn_s, self._turn = settings.turn_start_s, radians(settings.turn_by_deg)
+        self._turn_length = 0.5 * pi * abs(self._turn) / radians(settings.turn_rate_deg_s)
         self.is_empty = not (self._step or self._lull_length or self._turn)
 
     def speed(self, speed: float, time_s: float) -> float:

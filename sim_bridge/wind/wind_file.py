@@ -6,7 +6,7 @@ from math import fsum, isfinite, radians
 from pathlib import Path
 from typing import NamedTuple
 
-from sim_bridge.scenario.scenario import ScenarioError
+from sim_bridge.errors import ScenarioError
 
 _NEEDED = ("time_s", "speed_m_s")
 _COLUMNS = (*_NEEDED, "direction_deg", "vertical_m_s")

@@ -21,6 +21,11 @@ class Shown(NamedTuple):
     text: str
     is_python: bool = False
 
+    @property
+    def calls_a_kite(self) -> bool:
+        """Is it a program of a ground station?"""
+        return self.is_python and "import ground" in self.text
+
 
 def shown_on(page: str) -> list[Shown]:
     """What `page` (a path in the checkout) shows, in its order, each command once."""

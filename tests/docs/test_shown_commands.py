@@ -32,7 +32,7 @@ def checkout_untouched() -> Iterator[None]:
 def why_not_run(command: Shown, real_time: bool) -> str | None:
     """The reason why `command` is not run, if there is one."""
     if command.is_python:
-        return None if real_time else how_they_run.PYTHON_IS_SOAK
+        return how_they_run.PYTHON_IS_SOAK if command.calls_a_kite and not real_time else None
     if command.text in MENTIONS:
         return "a mention"
     program = command.text.split()[0]
@@ -46,7 +46,7 @@ def tell(page: str, folder: Path, real_time: bool) -> None:
     problems = []
     workshop = Workshop(folder, real_time)
     try:
-        if any("kite-ground" in command.text or command.is_python or "make sitl" in command.text
+        if any("kite-ground" in command.text or command.calls_a_kite or "make sitl" in command.text
                for command in commands):
             workshop.fly()
         if any("kite-ground replay" in command.text for command in commands):

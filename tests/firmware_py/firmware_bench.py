@@ -8,10 +8,11 @@ from protocol import dialect
 from protocol.parameter_table import load_parameters
 from sim_bridge.equipment.sensors import Sample
 from sim_bridge.plants.turning_rate import TurningRatePlant
+from sim_bridge.plants.turning_rate_settings import TurningRateSettings
 from sim_bridge.runtimes.interface import clock_us
 from sim_bridge.runtimes.memory import MemoryRuntime
-from sim_bridge.scenario.scenario import Scenario
 from sim_bridge.wind.air import Air
+from sim_bridge.wind.wind_settings import WindSettings
 
 NAMES = list(load_parameters())
 STANDBY, MANUAL, PARK, TRACK = (
@@ -57,7 +58,7 @@ class FlyingKite:
         nose = tuple(math.cos(course) * e1 + math.sin(course) * e2 for e1, e2 in zip(up, across, strict=True))
         position = (math.cos(elevation) * math.cos(azimuth), math.cos(elevation) * math.sin(azimuth),
                     math.sin(elevation))
-        self.plant = TurningRatePlant(Scenario("bench"), position, (nose[0], nose[1], nose[2]))
+        self.plant = TurningRatePlant(TurningRateSettings(), WindSettings(), position, (nose[0], nose[1], nose[2]))
         self._every = every
         self._ticks = 0
 

@@ -15,10 +15,11 @@ from firmware_py.estimation.estimator import Estimator
 from firmware_py.prediction.prediction import Prediction
 from firmware_py.prediction.steering_history import SteeringHistory
 from protocol.parameter_table import load_parameters
-from sim_bridge.equipment.actuator import Actuator
+from sim_bridge.equipment.actuator import Actuator, ActuatorSettings
 from sim_bridge.plants.turning_rate import TurningRatePlant
-from sim_bridge.scenario.scenario import Scenario
+from sim_bridge.plants.turning_rate_settings import TurningRateSettings
 from sim_bridge.wind.air import Air
+from sim_bridge.wind.wind_settings import WindSettings
 
 FINE = 20
 AIR = Air(8.0)
@@ -34,22 +35,16 @@ class Sky:
         turn_k, airspeed, length = kite
         self.period = 1.0 / loop_hz
         self.delay = max(1, round(delay / self.period))
-        scenario = Scenario("test")
-        for key, value in {
-            "turn_k": turn_k, "airspeed_m_s": airspeed, "speed_over_length": airspeed / length,
-            "line_length_m": length, **plant,
-        }.items():
-            scenario.set(f"plant.{key}", value, "")
-        scenario.set("actuator.rate_limit_per_s", rate, "")
-        scenario.set("actuator.saturation", 1.0, "")
+        law = TurningRateSettings(turn_k=turn_k, airspeed_m_s=airspeed, speed_over_length=airspeed / length,
+                                  line_length_m=length, **plant)
         self.length = length
-        self.actuator = Actuator(scenario)
+        self.actuator = Actuator(ActuatorSettings(rate_limit_per_s=rate, saturation=1.0))
         up = (-math.sin(elevation) * math.cos(azimuth), -math.sin(elevation) * math.sin(azimuth), math.cos(elevation))
         across = (math.sin(azimuth), -math.cos(azimuth), 0.0)
         x, y, z = (math.cos(course) * e1 + math.sin(course) * e2 for e1, e2 in zip(up, across, strict=True))
         position = (math.cos(elevation) * math.cos(azimuth), math.cos(elevation) * math.sin(azimuth),
                     math.sin(elevation))
-        self.plant = TurningRatePlant(scenario, position, (x, y, z))
+        self.plant = TurningRatePlant(law, WindSettings(), position, (x, y, z))
         self.plant.step(1e-9, 0.0, AIR)
         values = parameters(
             PRED_DELAY=self.delay * self.period, PRED_RATE=rate, PRED_SAT=1.0, TURN_K=turn_k, LOOP_HZ=loop_hz,

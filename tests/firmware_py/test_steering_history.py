@@ -6,8 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firmware_py.prediction.steering_history import ONE, ROOM, SteeringHistory
-from sim_bridge.equipment.actuator import Actuator
-from sim_bridge.scenario.scenario import Scenario
+from sim_bridge.equipment.actuator import Actuator, ActuatorSettings
 
 PERIOD_S = 0.02
 FINE = 200  # steps in a tick, for the reference's integrals
@@ -24,10 +23,7 @@ def history(asked, **changed: float) -> SteeringHistory:
 
 
 def actuator(rate: float, saturation: float) -> Actuator:
-    scenario = Scenario("test")
-    scenario.set("actuator.rate_limit_per_s", rate, "")
-    scenario.set("actuator.saturation", saturation, "")
-    return Actuator(scenario)
+    return Actuator(ActuatorSettings(rate_limit_per_s=rate, saturation=saturation))
 
 
 def flown(part: Actuator, steering: float, ticks: float) -> list[float]:

@@ -10,7 +10,7 @@ from ground.session import Session
 from protocol import dialect
 from protocol.parameter_table import load_parameters
 from sim_bridge.flight.flight import Flight
-from sim_bridge.links.emulation import LinkSettings
+from sim_bridge.links.emulation import LinkSettings, PathSettings
 from sim_bridge.links.ground_path import GroundLink
 from sim_bridge.runtimes.interface import TickOutput, clock_us
 from sim_bridge.runtimes.memory import MemoryRuntime
@@ -27,7 +27,7 @@ class SimulatedLink(OnePeer):
     """One emulated radio link to a simulated kite, as a ground station's transport. `broken`: the port is gone."""
 
     def __init__(self, kite: "SimulatedKite", settings: LinkSettings, seed: int) -> None:
-        self.emulated = GroundLink((settings, settings), seed)
+        self.emulated = GroundLink(PathSettings(settings, settings), seed)
         self.arrived: list[bytes] = []
         self.sent = 0
         self.broken = False
@@ -94,7 +94,7 @@ class SimulatedKite:
 
     def change_link(self, down: LinkSettings, up: LinkSettings) -> None:
         """From now on the first radio is another: `down` to the ground, `up` to the kite."""
-        self.radios[0].emulated = GroundLink((up, down), 1)
+        self.radios[0].emulated = GroundLink(PathSettings(up, down), 1)
 
     def sleep(self, seconds: float) -> None:
         """Let time pass."""

@@ -4,17 +4,14 @@ import math
 
 import pytest
 
-from sim_bridge.equipment.actuator import Actuator
+from sim_bridge.equipment.actuator import Actuator, ActuatorSettings
 from sim_bridge.flight.flight import Flight
 from sim_bridge.runtimes.inproc import InprocRuntime
-from sim_bridge.scenario.scenario import Scenario, load_scenario
+from sim_bridge.scenario.scenario import load_scenario
 
 
 def actuator(**settings):
-    scenario = Scenario("test")
-    for key, value in settings.items():
-        scenario.set(f"actuator.{key}", value, "test")
-    return Actuator(scenario)
+    return Actuator(ActuatorSettings(**settings))
 
 
 def after(part, seconds, step=0.01):

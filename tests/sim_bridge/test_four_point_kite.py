@@ -6,44 +6,44 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from sim_bridge.errors import ScenarioError
 from sim_bridge.flight.flight import COLUMNS, Flight
+from sim_bridge.flight.plant_choice import make_plant
 from sim_bridge.plants.four_point import FourPointKite
 from sim_bridge.plants.four_point_forces import Sizes, add_wing_forces
 from sim_bridge.plants.four_point_geometry import Shape
+from sim_bridge.plants.four_point_settings import FourPointSettings
+from sim_bridge.plants.kite_settings import KiteSettings
 from sim_bridge.runtimes.inproc import InprocRuntime
-from sim_bridge.scenario.scenario import Scenario, ScenarioError, load_scenario
+from sim_bridge.scenario.scenario import Scenario, load_scenario
 from sim_bridge.wind.air import Air
 
 POD = np.array([75.0, 0.0, 129.90381057])
 DOWN = -POD / np.linalg.norm(POD)
 NOSE = np.array([DOWN[2], 0.0, -DOWN[0]])  # up along the meridian
 WIND = Air(8.0)
+REFERENCE = FourPointSettings(kite=KiteSettings(mass_kg=6.21))
 
 
-def kite(azimuth=-0.5, elevation=0.6, course=-1.57, scenario=None, **changes):
-    scenario = scenario or Scenario("test")
-    for key, value in {"plant__step_s": 0.005, **changes}.items():
+def kite(azimuth=-0.5, elevation=0.6, course=-1.57, **changes) -> Any:
+    scenario = Scenario("test")
+    for key, value in {"plant__kind": "four-point", "plant__step_s": 0.005, **changes}.items():
         scenario.set(key.replace("__", "."), value, "test")
     c, s = math.cos(elevation), math.sin(elevation)
     up = np.array([-s * math.cos(azimuth), -s * math.sin(azimuth), c])
     across = np.array([math.sin(azimuth), -math.cos(azimuth), 0.0])
     direction = math.cos(course) * up + math.sin(course) * across
     x, y, z = (float(value) for value in direction)
-    return FourPointKite(scenario, (c * math.cos(azimuth), c * math.sin(azimuth), s), (x, y, z))
-
-
-def reference_scenario():
-    scenario = Scenario("reference")
-    scenario.set("kite.mass_kg", 6.21, "test")
-    return scenario
+    return make_plant(scenario, (c * math.cos(azimuth), c * math.sin(azimuth), s), (x, y, z))
 
 
 def test_points_springs_and_masses_are_the_published_ones():
-    shape = Shape.from_scenario(reference_scenario())
+    shape = Shape.of(REFERENCE)
     np.testing.assert_allclose(shape.points(POD, NOSE, DOWN), [
         [76.5905217, 0.0, 134.6435550], [78.5650, 0.0, 136.0785717], [77.4500, 2.4811, 134.1473350],
         [77.4500, -2.4811, 134.1473350]], atol=1e-7)
@@ -58,16 +58,13 @@ def test_points_springs_and_masses_are_the_published_ones():
     assert springs[0].damping == pytest.approx(94.62850606, rel=1e-6)
     assert springs[4].stiffness == pytest.approx(49165.63133, rel=1e-6)
     np.testing.assert_allclose(shape.masses(), [2.9187, 1.31652, 0.98739, 0.98739], rtol=1e-12)
-    system = kite(plant__line_length_m=150.0, scenario=reference_scenario()).system
+    system = kite(plant__line_length_m=150.0, kite__mass_kg=6.21).system
     assert system.masses[5] == pytest.approx(8.4 + 0.5 * 25.0 * 0.011)
 
 
 def test_the_air_forces_are_the_published_ones():
-    scenario = reference_scenario()
-    scenario.set("four_point.alpha_zero_deg", 5.0, "test")
-    sizes = Sizes.from_scenario(scenario)._replace(segments=1)
-    sizes = sizes._replace(top_angle=math.radians(5.0) - 0.1)
-    points = np.vstack((POD, Shape.from_scenario(scenario).points(POD, NOSE, DOWN)))
+    sizes = Sizes.of(REFERENCE)._replace(segments=1, top_angle=math.radians(5.0) - 0.1)
+    points = np.vstack((POD, Shape.of(REFERENCE).points(POD, NOSE, DOWN)))
     forces = np.zeros((5, 3))
     add_wing_forces(points, np.zeros((5, 3)), 1, 0.1, 1.25, np.array([8.0, 0.2, 0.0]), sizes, forces)
     np.testing.assert_allclose(-forces[2:], [  # published with the sign turned round

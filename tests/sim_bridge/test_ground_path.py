@@ -7,11 +7,12 @@ from typing import Any
 import pytest
 
 from protocol import dialect
+from sim_bridge.errors import ScenarioError
 from sim_bridge.flight.flight import COLUMNS, Flight
-from sim_bridge.links.emulation import LinkSettings
-from sim_bridge.links.ground_path import GroundLink, GroundSocket
+from sim_bridge.links.emulation import PathSettings
+from sim_bridge.links.ground_path import GroundLink, GroundSettings, GroundSocket
 from sim_bridge.runtimes.memory import MemoryRuntime
-from sim_bridge.scenario.scenario import ScenarioError, load_scenario
+from sim_bridge.scenario.scenario import load_scenario
 
 _PATIENCE_TICKS = 20
 _PARAMETERS = (b"INNER_P", b"OUTER_L", b"STEER_MAX")
@@ -26,9 +27,9 @@ class Simulator:
         scenario = load_scenario("paper-delay-tuned")
         scenario.set("ground.listen", "127.0.0.1:0", "test")
         scenario.set("ground.send_to", f"localhost:{self._configured.getsockname()[1]}", "test")
-        self._socket = GroundSocket(scenario)
+        self._socket = GroundSocket(scenario.ground)
         self.address = self._socket.address
-        self.flight = Flight(scenario, MemoryRuntime(), GroundLink((LinkSettings(), LinkSettings()), 1), self._socket)
+        self.flight = Flight(scenario, MemoryRuntime(), GroundLink(PathSettings(), 1), self._socket)
         self.flight.fly(0.1)
 
     def heard_where_it_sends_to(self) -> list[bytes]:
@@ -184,7 +185,5 @@ def test_two_stations_at_once_both_rule_and_both_know(simulator):
 
 
 def test_an_address_that_nobody_knows_is_one_line():
-    scenario = load_scenario("small-kite")
-    scenario.set("ground.send_to", "no such host:14550", "test")
     with pytest.raises(ScenarioError, match=r"^ground\.send_to = no such host:14550: unknown host no such host"):
-        GroundSocket(scenario)
+        GroundSocket(GroundSettings(send_to="no such host:14550"))

@@ -15,6 +15,7 @@ import pytest
 
 import firmware_py
 from protocol import dialect
+from sim_bridge.errors import ScenarioError
 from sim_bridge.flight.flight import COLUMNS, Flight
 from sim_bridge.links.port import open_port
 from sim_bridge.runs.hardware_in_the_loop import board_report, delay_problem, fly_board, link_warnings
@@ -22,7 +23,7 @@ from sim_bridge.runs.run import RunOptions
 from sim_bridge.runtimes.inproc import InprocRuntime
 from sim_bridge.runtimes.interface import clock_us
 from sim_bridge.runtimes.process import HEAP, micropython_command
-from sim_bridge.scenario.scenario import ScenarioError, load_scenario
+from sim_bridge.scenario.scenario import load_scenario
 
 BAUD = 115200
 

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import pytest
 
-from sim_bridge.links.emulation import LinkDirection, LinkSettings, link_settings
+from sim_bridge.links.emulation import LinkDirection, LinkSettings
 from sim_bridge.scenario.scenario import Scenario
 
 
@@ -69,8 +69,8 @@ def test_one_seed_repeats():
 def test_the_control_paths_delay_is_split_in_whole_periods_for_the_samples(delay, down, up):
     scenario = Scenario("test")
     scenario.set("link.control.delay_s", delay, "test")
-    settings = link_settings(scenario, "control", 0.02)
-    assert (settings[0].delay_s, settings[1].delay_s) == pytest.approx((down, up))
+    control = scenario.link.control
+    assert (control.down.delay_s, control.up.delay_s) == pytest.approx((down, up))
 
 
 def test_a_direction_of_its_own_wins():
@@ -79,5 +79,5 @@ def test_a_direction_of_its_own_wins():
     scenario.set("link.ground.loss", 0.2, "test")
     scenario.set("link.ground.up.delay_s", 0.1, "test")
     scenario.set("link.ground.down.loss", 0.0, "test")
-    down, up = link_settings(scenario, "ground", 0.02)
+    down, up = scenario.link.ground
     assert (down.delay_s, down.loss, up.delay_s, up.loss) == (0.5, 0.0, 0.1, 0.2)

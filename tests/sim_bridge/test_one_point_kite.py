@@ -13,12 +13,14 @@ import pytest
 from scipy.interpolate import UnivariateSpline
 from scipy.optimize import root
 
+from sim_bridge.errors import ScenarioError
 from sim_bridge.flight.flight import Flight
 from sim_bridge.flight.plant_choice import make_plant
+from sim_bridge.plants.kite_settings import KiteSettings
 from sim_bridge.plants.polars import Polars, coefficient, depower_angle
 from sim_bridge.plants.tether import GRAVITY, add_tether_loads
 from sim_bridge.runtimes.inproc import InprocRuntime
-from sim_bridge.scenario.scenario import Scenario, ScenarioError, load_scenario
+from sim_bridge.scenario.scenario import load_scenario
 from sim_bridge.wind.air import Air
 
 SMALL, REFERENCE = "small-kite-one-point", "reference-kite-one-point"
@@ -51,13 +53,13 @@ def weave(kite, seconds, mirror=1.0):
 
 
 def test_polars_have_the_references_values_and_are_scipys_splines_everywhere():
-    scenario = Scenario("test")
-    polars = Polars.from_scenario(scenario)
+    kite = KiteSettings()
+    polars = Polars.of(kite)
     assert coefficient(polars.lift, math.radians(10.0)) == pytest.approx(0.5740976324, abs=1e-10)
     assert coefficient(polars.drag, math.radians(10.0)) == pytest.approx(0.1253368926, abs=1e-10)
     assert math.degrees(depower_angle(0.37)) == pytest.approx(20.499517, abs=1e-6)
     for kind in ("lift", "drag"):
-        spline = UnivariateSpline(scenario[f"kite.{kind}_angles_deg"], scenario[f"kite.{kind}_coefficients"], k=3, s=0)
+        spline = UnivariateSpline(getattr(kite, f"{kind}_angles_deg"), getattr(kite, f"{kind}_coefficients"), k=3, s=0)
         for angle in np.linspace(-179.9, 179.9, 400):
             for turns in (-360.0, 0.0, 360.0):
                 value = coefficient(getattr(polars, kind), math.radians(angle + turns))

@@ -76,7 +76,7 @@ def test_one_seed_repeats_to_the_bit_and_another_does_not():
 
 @pytest.mark.parametrize("name", ["paper-delay-tuned", "small-kite", "v3-flight"])
 def test_halving_the_step_of_the_plant_changes_cross_track_by_less_than_one_percent(name):
-    step = load_scenario(name)["plant.step_s"]
+    step = load_scenario(name).plant.step_s
     coarse, fine = (
         fly(name, plant__step_s=s, wind__turbulence_intensity=0.0).numbers["cross_track_rms_rad"]
         for s in (step, step / 2))

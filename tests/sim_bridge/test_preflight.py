@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from protocol import dialect
 from sim_bridge.flight.flight import COLUMNS, Flight
 from sim_bridge.flight.preflight import Preflight
-from sim_bridge.links.emulation import LinkSettings, link_settings
+from sim_bridge.links.emulation import LinkSettings, PathSettings
 from sim_bridge.links.ground_path import GroundLink
 from sim_bridge.links.wire import BRIDGE_COMPONENT, BRIDGE_SYSTEM, as_request
 from sim_bridge.runs.run import RunOptions, run_scenario
@@ -60,11 +60,11 @@ def test_a_kite_takes_off_on_every_link_that_brings_samples_and_says_so_on_the_o
     try:
         flown = run_scenario(scenario, RunOptions()).flight
     except FirmwareError as error:
-        assert not keeps_samples_fresh(link_settings(scenario, "control", 0.02)[0])
+        assert not keeps_samples_fresh(scenario.link.control.down)
         assert "would not" in str(error) and "\n" not in str(error)
     else:
         assert len(flown.rows) == 50 * _LENGTH_S
-        if keeps_samples_fresh(link_settings(scenario, "control", 0.02)[0]):
+        if keeps_samples_fresh(scenario.link.control.down):
             assert modes_flown(flown) == {dialect.KITE_MODE_TRACK}
 
 
@@ -110,7 +110,7 @@ class Talker:
 def test_answers_to_another_ground_station_change_nothing():
     scenario = load_scenario("paper-delay-tuned")
     talker = Talker()
-    flight = Flight(scenario, MemoryRuntime(), GroundLink((LinkSettings(), LinkSettings()), 1), talker)
+    flight = Flight(scenario, MemoryRuntime(), GroundLink(PathSettings(), 1), talker)
     flight.fly(_LENGTH_S)
     assert modes_flown(flight) == {dialect.KITE_MODE_TRACK}
     accepted = f"COMMAND_ACK {dialect.MAV_RESULT_ACCEPTED}"

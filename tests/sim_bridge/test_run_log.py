@@ -185,11 +185,11 @@ def test_another_version_flies_the_values_of_the_log_and_says_what_differs(tmp_p
     fly(folder)
     for package in ("kite_analysis", "firmware_py", "ground", "protocol", "sim_bridge"):
         shutil.copytree(ROOT / package, other / package, ignore=shutil.ignore_patterns("__pycache__"))
-    keys = other / "sim_bridge" / "scenario/keys.py"
+    line = other / "sim_bridge" / "plants" / "tether_settings.py"
     table = other / "protocol" / "parameters.toml"
-    changed = keys.read_text().replace('"plant.step_s": number(0.01', '"plant.step_s": number(0.005')
-    assert changed != keys.read_text()
-    keys.write_text(changed)
+    changed = line.read_text().replace("number(0.01,", "number(0.005,")
+    assert changed != line.read_text()
+    line.write_text(changed)
     before, name, after = table.read_text().partition('[FF_FILTER]\n')
     assert name
     table.write_text(before + name + after.replace("default = 0.125", "default = 0.25", 1))

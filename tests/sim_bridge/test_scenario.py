@@ -7,14 +7,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from protocol.parameter_table import load_parameters
+from sim_bridge.errors import ScenarioError
 from sim_bridge.scenario.keys import KEYS
-from sim_bridge.scenario.scenario import Scenario, ScenarioError, load_scenario, parse_scenario, scenario_names
+from sim_bridge.scenario.scenario import Scenario, load_scenario, parse_scenario, scenario_names
 
 
 @pytest.mark.parametrize("name", scenario_names())
 def test_what_ships_can_be_read_and_survives_a_log(name):
     scenario = load_scenario(name)
-    assert scenario["title"]
+    assert scenario.title
     again = Scenario.from_dict(json.loads(json.dumps(scenario.to_dict())), "log")
     assert again.values == scenario.values and again.parameters == scenario.parameters
 

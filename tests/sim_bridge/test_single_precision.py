@@ -88,11 +88,11 @@ def test_prediction_survives_single_precision(name, single_precision):
     scenario = load_scenario(name)
     scenario.set("wind.turbulence_intensity", 0.0, "test")
     scenario.set_parameter("K_ADAPT", 1.0, "test")
-    scenario.set_parameter("TURN_K", 1.25 * scenario["plant.turn_k"], "test")
+    scenario.set_parameter("TURN_K", 1.25 * scenario.values["plant.turn_k"], "test")
     result = run_scenario(scenario, RunOptions())
     assert isinstance(result.flight.runtime, inproc.InprocRuntime)
     autopilot = result.flight.runtime.autopilot
     values = (autopilot.prediction.course, autopilot.prediction.frame.e1x, autopilot.turn_k.value)
     assert {type(value).__name__ for value in values} == {"float32"}
     assert result.numbers["cross_track_rms_rad"] < 0.003
-    assert autopilot.turn_k.value == pytest.approx(scenario["plant.turn_k"], rel=0.01)
+    assert autopilot.turn_k.value == pytest.approx(scenario.values["plant.turn_k"], rel=0.01)

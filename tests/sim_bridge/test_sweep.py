@@ -13,8 +13,9 @@ from contextlib import suppress
 import pytest
 
 from sim_bridge.cli import main as cli
+from sim_bridge.errors import ScenarioError
 from sim_bridge.runs.run import RunOptions, run_scenario
-from sim_bridge.scenario.scenario import ScenarioError, load_scenario
+from sim_bridge.scenario.scenario import load_scenario
 from sim_bridge.sweeps.axes import grid, parse_axis, random_sample
 
 SWEEP = ["sweep", "paper-delay-tuned", "--over", "param.INNER_P=1:9:3", "--over", "link.control.delay_s=0.1,0.4",

@@ -12,7 +12,7 @@ from kite_analysis.metrics import VERDICTS
 from protocol import dialect
 from sim_bridge.cli.main import main
 from sim_bridge.flight.flight import COLUMNS, Flight
-from sim_bridge.links.emulation import LinkSettings
+from sim_bridge.links.emulation import PathSettings
 from sim_bridge.links.ground_path import GroundLink
 from sim_bridge.runs.run import RunOptions, run_scenario
 from sim_bridge.runtimes.memory import MemoryRuntime
@@ -75,7 +75,7 @@ def operated(*plan: tuple[float, Any], name: str = "small-kite", seconds: float 
     """A flight with an operator at work."""
     operator = Operator(*plan)
     scenario = scenario_of(name, seconds)
-    flight = Flight(scenario, MemoryRuntime(), GroundLink((LinkSettings(), LinkSettings()), 1), operator)
+    flight = Flight(scenario, MemoryRuntime(), GroundLink(PathSettings(), 1), operator)
     operator.flight = flight
     flight.fly(seconds)
     return flight

@@ -6,14 +6,16 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from sim_bridge.errors import ScenarioError
 from sim_bridge.flight.flight import COLUMNS, Flight
-from sim_bridge.plants.vortex_lattice.plant import VortexLatticeKite
+from sim_bridge.flight.plant_choice import make_plant
 from sim_bridge.runtimes.inproc import InprocRuntime
-from sim_bridge.scenario.scenario import Scenario, ScenarioError
+from sim_bridge.scenario.scenario import Scenario
 from sim_bridge.wind.air import Air
 
 SETTINGS = {
@@ -31,13 +33,14 @@ def scenario(**changes):
     return result
 
 
-def kite(start=UP_AT_THE_SIDE, **changes):
+def kite(start=UP_AT_THE_SIDE, **changes) -> Any:
     azimuth, elevation, course = start
     c, s = math.cos(elevation), math.sin(elevation)
     up = np.array([-s * math.cos(azimuth), -s * math.sin(azimuth), c])
     across = np.array([math.sin(azimuth), -math.cos(azimuth), 0.0])
     direction = math.cos(course) * up + math.sin(course) * across
-    return VortexLatticeKite(scenario(**changes), (c * math.cos(azimuth), c * math.sin(azimuth), s), tuple(direction))
+    position = (c * math.cos(azimuth), c * math.sin(azimuth), s)
+    return make_plant(scenario(**changes), position, tuple(direction))
 
 
 def fly(plant, seconds, steering, step=None, air=AIR):

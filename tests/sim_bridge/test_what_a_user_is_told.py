@@ -7,9 +7,10 @@ import sys
 import pytest
 
 from sim_bridge.cli.main import main
+from sim_bridge.errors import ScenarioError
 from sim_bridge.flight.plant_choice import slowness
 from sim_bridge.scenario.keys import KEYS, PLANTS
-from sim_bridge.scenario.scenario import ScenarioError, load_scenario
+from sim_bridge.scenario.scenario import load_scenario
 
 
 def test_keys_tell_what_a_scenario_takes(capsys):

@@ -58,7 +58,7 @@ def flight_errors(case, gain, duration_s, course_error_rad=0.003):
     """Times [s] and cross-track errors [rad] of a flight along a great circle, begun with a small course error."""
     scenario = load_scenario("paper-delay")
     flight = Flight(scenario, InprocRuntime())
-    start, along = start_position(scenario, flight.eight)
+    start, along = start_position(scenario.start, flight.eight)
     for key, value in (("link.control.delay_s", case.delay_s), ("plant.speed_over_length", case.speed),
                        ("actuator.lag_s", case.lag_s), ("start.course_error_rad", course_error_rad)):
         scenario.set(key, value, "test")

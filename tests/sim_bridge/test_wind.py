@@ -7,27 +7,28 @@ import pytest
 from scipy.signal import welch
 
 from sim_bridge.cli.main import main
-from sim_bridge.flight.flight import Flight
+from sim_bridge.errors import ScenarioError
+from sim_bridge.flight.flight import COLUMNS, Flight
 from sim_bridge.runtimes.inproc import InprocRuntime
-from sim_bridge.scenario.scenario import Scenario, ScenarioError, load_scenario
+from sim_bridge.scenario.scenario import load_scenario
 from sim_bridge.wind.air import Air
 from sim_bridge.wind.gust_scales import dryden_parts, gust_scales
 from sim_bridge.wind.profile import EXPLOG, EXPONENTIAL, LOGARITHMIC, air_density, profile_factor, wind_at
-from sim_bridge.wind.wind import Wind
+from sim_bridge.wind.wind import MeanWind, Wind
+from sim_bridge.wind.wind_settings import WindSettings
 
 FOOT = 0.3048
 
 
-def scenario_with(scenario=None, **wind):
-    scenario = scenario or Scenario("test")
+def scenario_with(scenario, **wind):
     for key, value in wind.items():
         scenario.set(f"wind.{key}", value, "test")
     return scenario
 
 
-def airs(scenario, count, period_s=0.02):
-    """The wind at t = 0, period_s, 2 period_s, ... as an array of Airs."""
-    wind, rows = Wind(scenario, period_s), []
+def airs(settings, count, period_s=0.02, seed=1, line_m=100.0):
+    """The wind at t = 0, period_s, 2 period_s, ... as an array of Airs; the eight at 40 deg on a line of `line_m`."""
+    wind, rows = Wind(settings, period_s, seed, line_m * math.sin(math.radians(40.0))), []
     for _ in range(count):
         rows.append(wind.air)
         wind.advance()
@@ -89,9 +90,8 @@ def test_gusts_have_the_spectra_and_variances_of_their_kind_at_any_tick_rate(kin
     gives lengths of 177 m and 38.6 m: time constants of 1.8 s and 0.4 s.
     """
     count, block, speed = 2**16, 2**11, 100.0
-    scenario = scenario_with(gusts=kind, turbulence_intensity=0.2, convection_m_s=speed)
-    scenario.set("plant.line_length_m", 60.0, "test")
-    gusts = airs(scenario, count, period_s)[:, 2:]
+    settings = WindSettings(gusts=kind, turbulence_intensity=0.2, convection_m_s=speed)
+    gusts = airs(settings, count, period_s, line_m=60.0)[:, 2:]
     h = 60.0 * math.sin(math.radians(40.0)) / FOOT
     base = 0.177 + 0.000823 * h
     longitudinal, transverse = spectra(kind)
@@ -117,9 +117,7 @@ def test_gusts_have_the_spectra_and_variances_of_their_kind_at_any_tick_rate(kin
 @pytest.mark.parametrize("kind", ["first-order", "dryden", "von-karman"])
 def test_gusts_repeat_with_their_seed_and_scale_with_their_intensity(kind):
     def gusts(seed, intensity):
-        scenario = scenario_with(gusts=kind, turbulence_intensity=intensity)
-        scenario.set("run.seed", seed, "test")
-        return airs(scenario, 50)[:, 2:]
+        return airs(WindSettings(gusts=kind, turbulence_intensity=intensity), 50, seed=seed)[:, 2:]
 
     assert (gusts(3, 0.1) == gusts(3, 0.1)).all()
     assert np.abs(gusts(3, 0.1) - gusts(4, 0.1)).max() > 0.01
@@ -132,24 +130,23 @@ def test_gusts_repeat_with_their_seed_and_scale_with_their_intensity(kind):
 def test_given_lengths_make_gusts_isotropic_and_given_convection_speeds_them_up():
     """Over one period, a gust along changes by sqrt(2 (1 - exp(-V period / L))) of its deviation."""
     for length, speed in ((100.0, None), (100.0, 40.0), (25.0, 40.0)):
-        scenario = scenario_with(gusts="dryden", turbulence_intensity=0.1, turbulence_length_m=length)
-        if speed:
-            scenario_with(scenario, convection_m_s=speed)
-        change = np.diff(airs(scenario, 5000), axis=0).std(axis=0)
+        settings = WindSettings(gusts="dryden", turbulence_intensity=0.1, turbulence_length_m=length,
+                                convection_m_s=speed)
+        change = np.diff(airs(settings, 5000), axis=0).std(axis=0)
         expected = 0.1 * math.sqrt(2 * (1 - math.exp(-(speed or 8.0) * 0.02 / length)))
         assert change[2] == pytest.approx(expected, rel=0.05)
         assert change[3] == pytest.approx(change[4], rel=0.05)
 
 
 def test_a_step_is_sharp_and_stops_at_nothing():
-    speed = airs(scenario_with(step_s=1.0, step_m_s=-3.0), 100)[:, 0]
+    speed = airs(WindSettings(step_s=1.0, step_m_s=-3.0), 100)[:, 0]
     assert (speed[:50] == 8.0).all() and (speed[50:] == 5.0).all()
-    assert (airs(scenario_with(step_s=1.0, step_m_s=-30.0), 100)[50:, 0] == 0.0).all()
+    assert (airs(WindSettings(step_s=1.0, step_m_s=-30.0), 100)[50:, 0] == 0.0).all()
 
 
 @pytest.mark.parametrize(("ramp", "left"), [(3.0, 0.0), (2.0, 0.25), (0.0, 0.0)])
 def test_a_lull_comes_smoothly_lasts_and_goes(ramp, left):
-    speed = airs(scenario_with(lull_start_s=2.0, lull_ramp_s=ramp, lull_length_s=4.0, lull_to=left), 1000)[:, 0]
+    speed = airs(WindSettings(lull_start_s=2.0, lull_ramp_s=ramp, lull_length_s=4.0, lull_to=left), 1000)[:, 0]
     time = np.arange(1000) * 0.02
     lull = (time >= 2.0 + ramp) & (time < 6.0 + ramp - 1e-9)
     assert speed[lull] == pytest.approx(8.0 * left, abs=1e-12)
@@ -161,7 +158,7 @@ def test_a_lull_comes_smoothly_lasts_and_goes(ramp, left):
 
 @pytest.mark.parametrize("by", [60.0, -200.0])
 def test_the_wind_turns_by_what_was_asked_no_faster_than_was_asked(by):
-    direction = np.degrees(airs(scenario_with(turn_start_s=1.0, turn_by_deg=by, turn_rate_deg_s=20.0), 1000)[:, 1])
+    direction = np.degrees(airs(WindSettings(turn_start_s=1.0, turn_by_deg=by, turn_rate_deg_s=20.0), 1000)[:, 1])
     assert (direction[:51] == 0.0).all()
     assert direction[-1] == pytest.approx(by)
     rates = np.diff(direction) / 0.02 * math.copysign(1.0, by)
@@ -176,21 +173,21 @@ def write(folder, text):
 
 def test_a_file_is_linear_in_between_turns_the_short_way_and_holds_its_ends(tmp_path):
     path = write(tmp_path, "# a mast\ndirection_deg, time_s, speed_m_s, vertical_m_s\n350,1,6,0\n\n10,3,8,0.8\n")
-    held = airs(scenario_with(file=path), 9, 0.5)
+    held = airs(WindSettings(file=path), 9, 0.5)
     assert held[:, 0] == pytest.approx([6, 6, 6, 6.5, 7, 7.5, 8, 8, 8])
     assert np.degrees(held[:, 1]) == pytest.approx([350, 350, 350, 355, 360, 365, 370, 370, 370])
     assert held[:, 4] == pytest.approx([0, 0, 0, 0.2 / 6.5, 0.4 / 7, 0.6 / 7.5, 0.1, 0.1, 0.1])
-    again = airs(scenario_with(file=path, file_repeat=True), 9, 0.5)
+    again = airs(WindSettings(file=path, file_repeat=True), 9, 0.5)
     assert again[:, 0] == pytest.approx([6, 6, 6, 6.5, 7, 7.5, 8, 6.5, 7])
 
 
 def test_what_is_planned_and_gusts_come_on_top_of_a_file(tmp_path):
     path = write(tmp_path, "time_s,speed_m_s,vertical_m_s\n0,10,1\n")
-    both = airs(scenario_with(file=path, step_s=0.5, step_m_s=2.0, turn_by_deg=30.0, turn_rate_deg_s=360.0,
-                              gusts="dryden", turbulence_intensity=0.1), 100)
+    both = airs(WindSettings(file=path, step_s=0.5, step_m_s=2.0, turn_by_deg=30.0, turn_rate_deg_s=360.0,
+                             gusts="dryden", turbulence_intensity=0.1), 100)
     assert both[-1, 0] == 12.0 and math.degrees(both[-1, 1]) == pytest.approx(30.0)
     # carried past at the file's mean speed, so these are the gusts of a wind of 10 m/s
-    gusts = airs(scenario_with(speed_m_s=10.0, gusts="dryden", turbulence_intensity=0.1), 100)
+    gusts = airs(WindSettings(speed_m_s=10.0, gusts="dryden", turbulence_intensity=0.1), 100)
     assert both[:, 2:4] == pytest.approx(gusts[:, 2:4])
     assert both[:, 4] == pytest.approx(0.1 + gusts[:, 4])
 
@@ -211,7 +208,7 @@ def test_what_is_planned_and_gusts_come_on_top_of_a_file(tmp_path):
 def test_a_bad_file_is_said_in_one_line_with_the_line_in_it(tmp_path, text, said):
     path = write(tmp_path, text)
     with pytest.raises(ScenarioError) as error:
-        Wind(scenario_with(file=path), 0.02)
+        MeanWind(WindSettings(file=path))
     assert path in str(error.value) and said in str(error.value) and "\n" not in str(error.value)
 
 
@@ -227,6 +224,19 @@ def test_a_file_that_cannot_be_used_ends_the_command_with_one_line(tmp_path, cap
         assert main(["run", "small-kite", *(word for s in settings for word in ("--set", s))]) == 2
         error = capsys.readouterr().err
         assert said in error and error.count("\n") == 1
+
+
+def test_gusts_of_a_flight_are_those_at_the_height_of_its_eight():
+    scenario = scenario_with(load_scenario("small-kite"), gusts="dryden", turbulence_intensity=0.1, profile="log")
+    flight = Flight(scenario, InprocRuntime())
+    flight.fly(1.0)
+    line_m, elevation = scenario.plant.line_length_m, math.radians(scenario.parameter("EIGHT_ELEVATION"))
+    wind, expected = Wind(scenario.wind, 0.02, scenario.run.seed, line_m * math.sin(elevation)), []
+    for _ in flight.rows:
+        expected.append(wind.air.speed_m_s * wind.air.gust)
+        wind.advance()
+    assert np.array(flight.rows)[:, COLUMNS.index("wind_m_s")] == pytest.approx(expected)
+    assert np.std(expected) > 0.01
 
 
 @pytest.mark.parametrize("name", ["small-kite", "v3-flight"])

@@ -10,9 +10,10 @@ from math import ceil, cos, radians, sin, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
+from sim_bridge.errors import ScenarioError
 from sim_bridge.plants.interface import Vector
 from sim_bridge.plants.particles import Points
-from sim_bridge.plants.tether import GRAVITY, add_tether_loads
+from sim_bridge.plants.tether import GRAVITY, Tether, add_tether_loads
 from sim_bridge.plants.tethered_kite import TetheredKite, tangent_part
 from sim_bridge.plants.vortex_lattice.steady_flight import Kite, SteadyFlight, steady_flight
 from sim_bridge.plants.vortex_lattice.wing_flow import WingFlow
@@ -26,9 +27,10 @@ from sim_bridge.plants.vortex_lattice.wing_points import (
     frame_springs,
     share_out,
 )
-from sim_bridge.scenario.scenario import Scenario, ScenarioError
+from sim_bridge.plants.vortex_lattice.wing_settings import VortexLatticeSettings, WingSettings
 from sim_bridge.wind.air import Air
 from sim_bridge.wind.profile import air_density, wind_at
+from sim_bridge.wind.wind_settings import WindSettings
 
 Array = NDArray[np.float64]
 STEP_S = 0.004  # half of it changes a turn of 3 s by 0.1 % of its way; the error grows with the springs' stiffness
@@ -39,19 +41,19 @@ _DAMPING_N_S_M = 20.0  # some 7 % of the critical one
 class VortexLatticeKite(TetheredKite):
     """See the module. `flow` is the flow around the wing, `motion` (6,) how the wing meets it: see WingFlow."""
 
-    def __init__(self, scenario: Scenario, position: Vector, direction: Vector):
-        super().__init__(scenario, min(STEP_S, scenario["plant.step_s"]))
-        wing = arc_wing(scenario)
-        corners, self._axes, self.centre = four_points(*wing.masses(scenario["wing.mass_kg"]))
-        self.flow = WingFlow(
-            panels(wing.surface(scenario["wing.strips"], self.centre), Rows.cosine(scenario["wing.rows"])),
-            scenario["wing.profile_drag"], scenario["wing.greatest_lift"])
-        self._point_mass = 0.25 * scenario["wing.mass_kg"]
-        self._bridle_drag_m2 = scenario["wing.bridle_drag_m2"]
+    def __init__(self, settings: VortexLatticeSettings, wind: WindSettings, position: Vector, direction: Vector):
+        super().__init__(Tether.of(settings.tether, settings.line_length_m), wind, min(STEP_S, settings.step_s))
+        wing = settings.wing
+        arc = arc_wing(wing)
+        corners, self._axes, self.centre = four_points(*arc.masses(wing.mass_kg))
+        self.flow = WingFlow(panels(arc.surface(wing.strips, self.centre), Rows.cosine(wing.rows)),
+                             wing.profile_drag, wing.greatest_lift)
+        self._point_mass = 0.25 * wing.mass_kg
+        self._bridle_drag_m2 = wing.bridle_drag_m2
         self._masses = np.concatenate([self.tether.masses(), np.full(4, self._point_mass)])
-        self._masses[self.tether.segments - 1] += scenario["wing.pod_mass_kg"]
+        self._masses[self.tether.segments - 1] += wing.pod_mass_kg
         self.frame, self.pose, self.motion = np.eye(3), np.zeros((4, 3)), np.zeros(6)
-        self._set_off(Air(scenario["wind.speed_m_s"]), np.array(position), np.array(direction), corners)
+        self._set_off(Air(wind.speed_m_s), np.array(position), np.array(direction), corners)
 
     def step(self, dt: float, steering: float, air: Air) -> None:
         """Fly on by `dt` [s], in steps no longer than `step_s`; see Plant."""
@@ -121,12 +123,10 @@ class VortexLatticeKite(TetheredKite):
         return flight
 
 
-def arc_wing(scenario: Scenario) -> ArcWing:
-    """The wing of a scenario's section `wing`."""
-    keys = ("span_m", "arc_rad", "root_chord_m", "tip_chord_m", "tip_sweep_m", "camber", "bridle_height_m",
-            "bridle_forward_m")
-    sizes = {key: scenario[f"wing.{key}"] for key in keys}
-    return ArcWing(**sizes, steering_twist_rad=radians(scenario["wing.steering_twist_deg"]))
+def arc_wing(wing: WingSettings) -> ArcWing:
+    """The wing of these settings."""
+    sizes = {name: getattr(wing, name) for name in ArcWing._fields if name != "steering_twist_rad"}
+    return ArcWing(**sizes, steering_twist_rad=radians(wing.steering_twist_deg))
 
 
 def _mean(points: Points, first: int) -> Points:

@@ -10,7 +10,7 @@ from typing import Any
 from kite_analysis.console.picture_file import check_new_file
 from kite_analysis.flights.reader import read_record
 from sim_bridge.cli.notes import notice
-from sim_bridge.scenario.scenario import ScenarioError
+from sim_bridge.errors import ScenarioError
 from sim_bridge.studies.validation import plant_laws, real_flights
 
 _HEAD = """\

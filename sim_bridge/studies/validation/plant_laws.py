@@ -13,10 +13,11 @@ from kite_analysis.flights.reader import read_record
 from kite_analysis.flights.record import FlightRecord
 from kite_analysis.identification.turning_rate_fit import LawFit, identify_law
 from sim_bridge.bench.in_process import bench
+from sim_bridge.errors import ScenarioError
 from sim_bridge.runs.run import RunOptions, run_scenario
 from sim_bridge.runtimes.interface import FirmwareError
 from sim_bridge.scenario.keys import PLANTS, plants_that_know
-from sim_bridge.scenario.scenario import Scenario, ScenarioError, load_scenario
+from sim_bridge.scenario.scenario import Scenario, load_scenario
 from sim_bridge.studies.paper import paper_flights
 from sim_bridge.studies.validation.tables import table, with_std
 
@@ -114,7 +115,7 @@ def _varied(plant: str, key: str, value: float, notice: Notice) -> str:
     scenario = load_scenario(set_of(plant))
     try:
         if key == "plant.line_length_m":  # the firmware's length reaches to the wing
-            bridle_m = scenario.parameter("LINE_LENGTH") - scenario[key]
+            bridle_m = scenario.parameter("LINE_LENGTH") - scenario.plant.line_length_m
             scenario.set_parameter("LINE_LENGTH", value + bridle_m, key)
         scenario.set(key, value, key)
         flown = fly_and_identify(scenario, notice)
@@ -136,7 +137,7 @@ def paper_table(notice: Notice) -> str:
         for flight in paper_flights(plant):
             numbers = run_scenario(flight.scenario, RunOptions(), notice=notice).numbers
             cells.append(f"{numbers['verdict']}, {numbers['cross_track_rms_rad']:.3f}")
-        rows.append([*cells, f"{paper_flights(plant)[1].scenario['link.control.delay_s']:g}"])
+        rows.append([*cells, f"{paper_flights(plant)[1].scenario.link.control.delay_s:g}"])
         notice(f"the paper's flights on {plant}: flown")
     return table(("plant", "no delay, P 10 [rad RMS]", "delay, P 10 [rad RMS]", "delay, P 1/(e τ) [rad RMS]", "τ [s]"),
                  rows)
