@@ -54,7 +54,7 @@ KEYS: dict[str, Key] = {
     **_section("actuator", ActuatorSettings),
     **_section("sensors", SensorSettings),
     **_path("control", "control path"),
-    **_path("ground", "ground-station path"),
+    **_path("ground", "ground path"),
     **_section("ground", GroundSettings),
     **_section("start", StartSettings),
     **_section("run", RunSettings),
