@@ -2,12 +2,12 @@
 
 import socket
 
+from protocol.frame import MARKER_2
 from sim_bridge.links.emulation import LinkDirection, LinkSettings
 from sim_bridge.links.wire import carries_control
 from sim_bridge.scenario.scenario import Scenario, ScenarioError
 
 _MOST_STATIONS = 32
-_MARKER = 0xFD  # first byte of a MAVLink 2 frame
 _MOST_DATAGRAMS = 200  # taken in at one tick
 _Address = tuple[str, int]
 
@@ -108,7 +108,7 @@ class GroundSocket:
     def _hear(self, peer: _Address, datagram: bytes) -> None:
         """Note who speaks; a stranger is a station if that is MAVLink."""
         known = peer in self._stations
-        if peer == self._configured or not (known or datagram[:1] == bytes([_MARKER])):
+        if peer == self._configured or not (known or datagram[:1] == bytes([MARKER_2])):
             return
         if known:
             del self._stations[peer]
