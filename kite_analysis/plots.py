@@ -5,9 +5,10 @@ from typing import Any
 
 import numpy as np
 
+from kite_analysis.angles import wrap
 from kite_analysis.console.optional_packages import ExtraMissingError
 from kite_analysis.delay.inner_loop import lambert_w_real_part
-from kite_analysis.figure_eight import Array, TargetEight, wrap
+from kite_analysis.figure_eight import Array, TargetEight
 from kite_analysis.metrics import Track
 
 _FLOWN = "#1f4e9c"

@@ -1,7 +1,6 @@
 """A MAVLink conversation with one vehicle over one or several links, on a clock that is handed in."""
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 from ground.link.duplicates import FirstCopies
 from ground.link.framing import Message
@@ -9,6 +8,7 @@ from ground.link.links import Clock, Heard, Links
 from ground.link.round_trip import RoundTrip
 from ground.link.statistics import LinkStatistics
 from protocol import dialect
+from protocol.frame import Address
 
 Observer = Callable[[float, Message, bytes], None]
 
@@ -24,13 +24,6 @@ _OVERTAKEN = 10  # more than a link's jitter does: it came over a slower link
 _PRESENT = (  # what says how things are now: one that was overtaken so far says how they were
     dialect.MAVLink_heartbeat_message, dialect.MAVLink_kite_state_message, dialect.MAVLink_sys_status_message,
     dialect.MAVLink_local_position_ned_message, dialect.MAVLink_param_value_message)
-
-
-class Address(NamedTuple):
-    """Who on the MAVLink network: system and component id."""
-
-    system: int
-    component: int
 
 
 def is_of(sender: Address, vehicle: Address | None) -> bool:
@@ -166,18 +159,18 @@ class Connection:
     def _take(self, heard: Heard) -> bool:
         """Pass a message on to whom it concerns; whether it is the vehicle's, and news."""
         time_s, received = self.clock(), heard.received
-        message, sender = received.message, Address(received.system, received.component)
+        message, header, sender = received.message, received.header, received.header.sender
         if isinstance(message, dialect.MAVLink_heartbeat_message):
             self._meet(message, sender)
         from_vehicle = is_of(sender, self.vehicle)
         if from_vehicle:
-            heard.link.statistics.add(time_s, received.sequence, received.component)
+            heard.link.statistics.add(time_s, header.sequence, sender.component)
             if isinstance(message, dialect.MAVLink_heartbeat_message):
                 heard.link.meet(time_s)
         if not self._first_copies.is_first(sender, received.frame):
             return False
         known = not isinstance(message, dialect.MAVLink_unknown)
-        overtaken = self.statistics.add(time_s, received.sequence, received.component) if from_vehicle else 0
+        overtaken = self.statistics.add(time_s, header.sequence, sender.component) if from_vehicle else 0
         news = from_vehicle and known and (overtaken < _OVERTAKEN or not isinstance(message, _PRESENT))
         if from_vehicle and isinstance(message, dialect.MAVLink_timesync_message):
             self._time(message, time_s)

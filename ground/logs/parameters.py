@@ -4,9 +4,9 @@ from bisect import bisect_right
 from itertools import pairwise
 from typing import NamedTuple
 
-from ground.link.connection import Address
-from ground.logs.reader import FlightLog
+from ground.logs.reader import MessageLog
 from protocol import dialect
+from protocol.frame import Address
 
 
 class LoggedChange(NamedTuple):
@@ -25,7 +25,7 @@ class LoggedParameters:
     indices can be used.
     """
 
-    def __init__(self, log: FlightLog, vehicle: Address) -> None:
+    def __init__(self, log: MessageLog, vehicle: Address) -> None:
         self.total = 0
         self._told: dict[str, list[tuple[float, float]]] = {}
         places: dict[str, int] = {}

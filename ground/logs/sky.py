@@ -1,10 +1,10 @@
 """The sky as the kite's pilot sees it: a flight and its target on the sphere, with lines of azimuth and elevation."""
 
-import math
 from typing import Any
 
 import numpy as np
 
+from kite_analysis.angles import wrap
 from kite_analysis.figure_eight import Array, TargetEight, unit_position
 
 _FLOWN, _TARGET, _LINES, _TEXT = "#1f4e9c", "#d1495b", "#d5d9dd", "#8a9097"
@@ -48,7 +48,7 @@ def draw_lines(axes: Any, view: "View") -> None:
     for azimuth in range(-180 + step, 181, step):
         line = view.project(np.full_like(upwards, np.radians(azimuth)), upwards)
         _add_line(axes, line, 0.7)
-        if abs(math.remainder(np.radians(azimuth) - view.azimuth, math.tau)) < _SIDES:
+        if abs(wrap(np.radians(azimuth) - view.azimuth)) < _SIDES:
             _add_number(axes, line, limits, f"{azimuth}")
     _add_line(axes, view.project(np.array([0.0]), np.array([np.pi / 2])), 0.0)
 

@@ -1,14 +1,11 @@
 """Identifies the kite that flies: K, gravity and the loop's delay from live telemetry, and settings that suit them."""
 
 import math
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from ground.errors import UsageError
-from ground.logs.recorder import Recorder
 from ground.session import Session
 from ground.tuning.in_flight import TuningFlight
 from ground.tuning.loop_delay import LoopDelay, measure_loop_delay
@@ -47,21 +44,19 @@ def identify_in_flight(session: Session, history: StateHistory, seconds: float, 
         NoAnswerError: the kite fell silent.
     """
     from kite_analysis.flights.columns import FlightDataError  # noqa: PLC0415
-    from kite_analysis.flights.tlog_record import read_tlog_record  # noqa: PLC0415
+    from kite_analysis.flights.telemetry import for_identification  # noqa: PLC0415
     from kite_analysis.identification.actuator_fit import identify_actuator  # noqa: PLC0415  (numpy, and slow to load)
     from kite_analysis.identification.turning_rate_fit import identify_law  # noqa: PLC0415
 
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "flight.tlog"
-        with _every_state(session, loop_hz), Recorder(session.connection, path, 0.0):
-            TuningFlight(session, history).fly(seconds)
-        try:
-            record = read_tlog_record(path, on_the_sensors_clock=True)
-            law, actuator = identify_law(record), identify_actuator(record)
-        except FlightDataError as error:
-            reason = str(error).removeprefix(f"{path}: ")
-            raise UsageError(f"this flight does not tell: {reason}; fly eights in TRACK, or --seconds 60") from error
-    loop = measure_loop_delay(history.arrays(seconds))
+    with _every_state(session, loop_hz):
+        TuningFlight(session, history).fly(seconds)
+    flight = history.record(seconds)
+    try:
+        record = for_identification(flight, on_the_sensors_clock=True)
+        law, actuator = identify_law(record), identify_actuator(record)
+    except FlightDataError as error:
+        raise UsageError(f"this flight does not tell: {error}; fly eights in TRACK, or --seconds 60") from error
+    loop = measure_loop_delay(flight)
     delay_s = _dead_time(loop, actuator.dead_time_s, 0.5 / loop_hz)
     return Identified(law, actuator, loop.sample_age_s, delay_s, actuator.dead_time_s_std)
 

@@ -8,9 +8,11 @@ import math
 from collections import deque
 from itertools import pairwise
 
-from ground.link.framing import Message, frame_sequence
+from ground.link.framing import Message
 from ground.session import Session
+from kite_analysis.angles import wrap
 from protocol import dialect
+from protocol.frame import read_header
 
 SILENT_S = 3.0  # where messages are rare,
 _LEAST_SILENT_S, _MISSED = 1.0, 10  # and where they come often: so many in a row do not come
@@ -49,7 +51,7 @@ class Advisor:
 
     def _observe(self, time_s: float, message: Message, frame: bytes) -> None:
         if isinstance(message, dialect.MAVLink_kite_state_message):
-            self._look_for_a_stand(time_s, message, frame_sequence(frame))
+            self._look_for_a_stand(time_s, message, read_header(frame).sequence)
             self._states.append((time_s, message))
             while self._states[0][0] < time_s - _WINDOW_S:
                 self._states.popleft()
@@ -114,7 +116,7 @@ class Advisor:
         return "samples are stale and steering is neutral: look at the sensors and their link"
 
     def _swinging(self) -> str | None:
-        errors = [math.remainder(state.course - state.target_course, math.tau) for state in self._recent()
+        errors = [wrap(state.course - state.target_course) for state in self._recent()
                   if state.mode == dialect.KITE_MODE_TRACK]
         if len(errors) < _FEW or math.sqrt(math.fsum(error**2 for error in errors) / len(errors)) < _SWINGS_RAD:
             return None
