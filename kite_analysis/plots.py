@@ -38,8 +38,8 @@ def save(figure: Any, path: Path) -> None:
 
 def draw_trajectory(axes: Any, track: Track, eight: TargetEight) -> None:
     """Elevation over azimuth, as seen from the ground point looking downwind, with the target."""
-    target = np.degrees(eight.angles(np.linspace(0, 2 * np.pi, 400)))
-    axes.plot(target[0], target[1], "--", color=_TARGET, lw=1.2, label="target")
+    azimuth, elevation = np.degrees(eight.angles(np.linspace(0, 2 * np.pi, 400)))
+    axes.plot(azimuth, elevation, "--", color=_TARGET, lw=1.2, label="target")
     axes.plot(np.degrees(track.azimuth), np.degrees(track.elevation), color=_FLOWN, lw=0.9, label="flown")
     axes.plot(np.degrees(track.azimuth[:1]), np.degrees(track.elevation[:1]), "o", color=_FLOWN, ms=4)
     axes.set(xlabel="azimuth [deg]", ylabel="elevation [deg]")

@@ -69,7 +69,8 @@ def replay(args: argparse.Namespace, connect: Connect) -> int:
         run(again, time.monotonic, sys.stderr)
     print(f"{again.sent} messages replayed in {time.monotonic() - began_s:.1f} s, {again.answered} requests answered")
     if not again.bytes_received:
-        tell(f"nobody spoke from there: does a ground station listen on {args.to.partition(':')[2]}?")
+        _kind, _, where = args.to.partition(":")
+        tell(f"nobody spoke from there: does a ground station listen on {where}?")
     return 0
 
 

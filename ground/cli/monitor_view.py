@@ -53,7 +53,7 @@ def line(state: VehicleState, connection: Connection, elapsed_s: float) -> str:
 def _title(state: VehicleState, connection: Connection) -> str:
     armed = {None: "", True: "ARMED", False: "disarmed"}[state.armed]
     clock = connection.vehicle_clock
-    running = f"   running for {_duration(clock[0] + connection.clock() - clock[1])}" if clock else ""
+    running = f"   running for {_duration(clock.uptime_s + connection.clock() - clock.heard_s)}" if clock else ""
     return f"kite {connection.target.system}   {state.mode_name}   {armed}{running}"
 
 

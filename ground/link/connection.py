@@ -1,11 +1,12 @@
 """A MAVLink conversation with one vehicle over one or several links, on a clock that is handed in."""
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 from ground.link.duplicates import FirstCopies
 from ground.link.framing import Message
 from ground.link.links import Clock, Heard, Links
-from ground.link.round_trip import RoundTrip
+from ground.link.round_trip import Question, RoundTrip
 from ground.link.statistics import LinkStatistics
 from protocol import dialect
 from protocol.frame import Address
@@ -34,6 +35,20 @@ def is_of(sender: Address, vehicle: Address | None) -> bool:
     return vehicle is not None and sender in (vehicle, Address(vehicle.system, KITE_COMPONENT))
 
 
+class VehicleClock(NamedTuple):
+    """For how long the vehicle has been running [s], as it told when our clock showed `heard_s` [s]."""
+
+    uptime_s: float
+    heard_s: float
+
+
+class _Observing(NamedTuple):
+    """Who is called: for the vehicle's messages, or for everyone's."""
+
+    observer: Observer
+    everyone: bool
+
+
 class Connection:
     """Sends and receives messages, beats its heart, and keeps count of how well the links do.
 
@@ -50,7 +65,7 @@ class Connection:
         self.statistics = LinkStatistics()
         self.round_trip = RoundTrip()
         self.timing_period_s = HEARTBEAT_PERIOD_S  # how often the round trip is timed
-        self.vehicle_clock: tuple[float, float] | None = None  # its time since it started, and ours when that came [s]
+        self.vehicle_clock: VehicleClock | None = None
         self.every_second: list[Callable[[], None]] = []
         self._vehicle_system = vehicle_system
         self._renamed: int | None = None
@@ -58,9 +73,9 @@ class Connection:
         # The vehicle tells late commands by their numbers: those of this command follow those of the one before it.
         self._encoder.seq = int(self.clock() * _FRAMES_PER_SECOND) % 256
         self._first_copies = FirstCopies()
-        self._observers: list[tuple[Observer, bool]] = []
+        self._observers: list[_Observing] = []
         self._next_heartbeat_s = self._next_timing_s = self.clock()
-        self._timings: dict[int, list[float | None]] = {}  # TIMESYNC on its way
+        self._timings: dict[int, Question] = {}  # TIMESYNC on its way
 
     @property
     def target(self) -> Address:
@@ -69,11 +84,11 @@ class Connection:
 
     def add_observer(self, observer: Observer, everyone: bool = False) -> None:
         """Call `observer(time_s, message, frame)` for the vehicle's messages, or for `everyone`'s and unknown ones."""
-        self._observers.append((observer, everyone))
+        self._observers.append(_Observing(observer, everyone))
 
     def remove_observer(self, observer: Observer) -> None:
         """Take back `add_observer`."""
-        self._observers = [entry for entry in self._observers if entry[0] != observer]
+        self._observers = [entry for entry in self._observers if entry.observer != observer]
 
     def send(self, message: Message, everywhere: bool = False) -> None:
         """Send one message over the links that hear the vehicle, or over all of them."""
@@ -193,4 +208,4 @@ class Connection:
     def _time(self, answer: dialect.MAVLink_timesync_message, time_s: float) -> None:
         if answer.tc1 and (question := self._timings.pop(answer.ts1, None)) is not None:
             self.round_trip.answer(question, time_s)
-            self.vehicle_clock = (answer.tc1 * 1e-9, time_s)
+            self.vehicle_clock = VehicleClock(answer.tc1 * 1e-9, time_s)

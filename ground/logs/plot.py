@@ -176,17 +176,18 @@ def _draw_changes(below: Any, flight: Flight) -> None:
     changes = [change for change in flight.parameters.changes() if flight.from_s <= change.time_s <= flight.to_s]
     near_s = _NEAR * (flight.to_s - flight.from_s)
     groups: list[list[LoggedChange]] = []
+    begin_s = 0.0
     for change in changes:
-        if groups and change.time_s - groups[-1][0].time_s < near_s:
+        if groups and change.time_s - begin_s < near_s:
             groups[-1].append(change)
         else:
             groups.append([change])
-    for group in groups:
+            begin_s = change.time_s
+    for first, *more in groups:
         for axes in below:
-            axes.axvline(group[0].time_s, color="black", lw=0.8, ls=(0, (4, 3)))
+            axes.axvline(first.time_s, color="black", lw=0.8, ls=(0, (4, 3)))
         if len(groups) <= _MOST_LABELS:
-            first, more = group[0], len(group) - 1
-            text = f"{first.name} {first.before:.4g} → {first.value:.4g}" + (f", {more} more" if more else "")
-            below[0].text(group[0].time_s, 0.02, f" {text}", transform=below[0].get_xaxis_transform(), rotation=90,
+            text = f"{first.name} {first.before:.4g} → {first.value:.4g}" + (f", {len(more)} more" if more else "")
+            below[0].text(first.time_s, 0.02, f" {text}", transform=below[0].get_xaxis_transform(), rotation=90,
                           fontsize=7, ha="right", va="bottom",
                           bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0})

@@ -31,8 +31,8 @@ def legend(axes: Any, *others: Any) -> None:
     """Above the axes, at the right: inside, it would hide the flight."""
     handles, labels = axes.get_legend_handles_labels()
     for other in others:
-        more = other.get_legend_handles_labels()
-        handles, labels = handles + more[0], labels + more[1]
+        more_handles, more_labels = other.get_legend_handles_labels()
+        handles, labels = handles + more_handles, labels + more_labels
     if handles:
         axes.legend(handles, labels, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(labels), fontsize=8,
                     frameon=False, borderaxespad=0.2)

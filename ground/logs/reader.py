@@ -122,7 +122,7 @@ class _RecorderClock:
     @property
     def start_us(self) -> int:
         """When the first frame came, by most of the stamps, in us since 1970 (UTC); 0 if that is no date."""
-        start_us = self._starts.most_common(1)[0][0] if self._starts else 0
+        start_us = max(self._starts, key=self._starts.__getitem__, default=0)
         return start_us if 0 <= start_us < _END_OF_DATES_US else 0
 
     @property

@@ -76,25 +76,21 @@ def _dead_time(loop: LoopDelay, sampled_s: float, half_s: float) -> float:
 
 
 def propose(found: Identified, speed_over_length: float, loop_hz: float, table: dict[str, Parameter]
-            ) -> tuple[dict[str, float], dict[str, float]]:
-    """The kite's constants with the predictor's settings, and then gains that suit them (docs/delay.md, Prediction).
+            ) -> dict[str, float]:
+    """The kite's constants with the predictor's settings, and after them gains that suit (docs/delay.md, Prediction).
 
     P = 1 / (e tau') and L = 1 / (4 w (tau' + 0.1 / rate limit)), for what remains in the loop: an error of a quarter of
     the delay, tau' = tau / 4 + T / 2. `speed_over_length` w [1/s]. Values stay within the parameters' limits.
     """
     rate = found.actuator.rate_limit_per_s
     rest_s = _WRONG_DELAY * found.delay_s + 0.5 / loop_hz
-    kite = {
+    values = {
         "TURN_K": found.law.k_rad_per_m, "GRAVITY_C": found.law.gravity_m_s2, "TURN_OFFSET": found.law.offset_rad_s,
         "PRED_DELAY": found.delay_s, "PRED_RATE": rate or 0.0, "PRED_SAT": found.actuator.saturation or 0.0,
-    }
-    gains = {
         "FF_GAIN": 1.0, "INNER_P": 1.0 / (math.e * rest_s),
         "OUTER_L": 1.0 / (4.0 * speed_over_length * (rest_s + (_RATE_SLACK / rate if rate else 0.0))),
     }
-    kite, gains = ({name: table[name].nearest(value) for name, value in values.items()}
-                   for values in (kite, gains))
-    return kite, gains
+    return {name: table[name].nearest(value) for name, value in values.items()}
 
 
 @contextmanager

@@ -73,14 +73,14 @@ def fit_eight(azimuth: Array, elevation: Array) -> TargetEight:
     position = unit_position(azimuth, np.mean(elevation) + swing)
 
     def distances(unknowns: Array) -> Array:
-        return _eight(unknowns, 1.0).nearest(position)[1]
+        _, distance = _eight(unknowns, 1.0).nearest(position)
+        return distance
 
     guess = [np.mean(azimuth), np.mean(elevation), np.sqrt(2) * np.std(azimuth), np.sqrt(2) * np.std(swing)]
-    found = least_squares(distances, guess, loss="soft_l1", f_scale=0.01).x
-    sine = np.clip((azimuth - found[0]) / found[2], -1.0, 1.0)
+    eight = _eight(least_squares(distances, guess, loss="soft_l1", f_scale=0.01).x, 1.0)
+    sine = np.clip((azimuth - eight.azimuth) / eight.half_width, -1.0, 1.0)
     cosine = np.sqrt(1.0 - sine**2) * np.sign(np.gradient(azimuth))
-    direction = 1.0 if np.sum(swing * sine * cosine) >= 0.0 else -1.0
-    return _eight(found, direction)
+    return eight._replace(direction=1.0 if np.sum(swing * sine * cosine) >= 0.0 else -1.0)
 
 
 def _eight(unknowns: Array, direction: float) -> TargetEight:

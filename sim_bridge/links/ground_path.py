@@ -28,8 +28,9 @@ class GroundLink:
     """Both directions of the emulated ground path. Carries whole datagrams down and single frames up."""
 
     def __init__(self, settings: tuple[LinkSettings, LinkSettings], seed: int):
-        self._down = LinkDirection(settings[0], f"{seed}:ground.down")
-        self._up = LinkDirection(settings[1], f"{seed}:ground.up")
+        down, up = settings
+        self._down = LinkDirection(down, f"{seed}:ground.down")
+        self._up = LinkDirection(up, f"{seed}:ground.up")
         self.refused = 0
 
     def from_station(self, time_s: float, datagram: bytes) -> None:
