@@ -1,13 +1,14 @@
 """From a stream of bytes to MAVLink messages, whatever else is in the stream."""
 
 from collections.abc import Iterator
+from functools import cache
 from typing import NamedTuple
 
-from ground.link.printable import make_printable
 from protocol import dialect
 from protocol.frame import Header, frame_length, read_header
 
 Message = dialect.MAVLink_message
+_REPLACEMENT = "\N{REPLACEMENT CHARACTER}"
 _MARKERS = (dialect.PROTOCOL_MARKER_V1, dialect.PROTOCOL_MARKER_V2)
 
 
@@ -66,3 +67,18 @@ class FrameReader:
         """Whether another frame, or nothing, follows: all there is to tell an unknown message from noise."""
         return len(self._buffer) == length or self._buffer[length] in _MARKERS
 
+
+def make_printable(message: dialect.MAVLink_message) -> None:
+    """Replace in all texts and names of `message` what a terminal must not get. Its frame stays as it came."""
+    for field in _text_fields(type(message)):
+        setattr(message, field, _printable(getattr(message, field)))
+
+
+def _printable(text: str) -> str:
+    """`text` with a replacement character for each escape, line break or other character that is not seen."""
+    return text if text.isprintable() else "".join(letter if letter.isprintable() else _REPLACEMENT for letter in text)
+
+
+@cache
+def _text_fields(kind: type[dialect.MAVLink_message]) -> tuple[str, ...]:
+    return tuple(name for name, field in zip(kind.fieldnames, kind.fieldtypes, strict=True) if field == "char")

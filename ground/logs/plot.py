@@ -6,12 +6,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ground.logs.parameters import LoggedChange, LoggedParameters
-from ground.logs.plot_parts import broken, legend, runs
 from ground.logs.quantities import Delays, LinkQuality, delays, link_quality, recorded_flight
 from ground.logs.reader import MessageLog
 from ground.logs.sky import draw_lines, draw_sky
 from kite_analysis.angles import wrap
-from kite_analysis.figure_eight import TargetEight
+from kite_analysis.figure_eight import Array, TargetEight
 from kite_analysis.flights.record import FlightRecord
 from kite_analysis.plots import new_figure
 from protocol import dialect
@@ -24,6 +23,7 @@ _MODES = {dialect.KITE_MODE_STANDBY: "#eceff1", dialect.KITE_MODE_MANUAL: "#fdf3
           dialect.KITE_MODE_PARK: "#e3f1e5", dialect.KITE_MODE_TRACK: "#ffffff"}
 _NEAR = 0.04  # of the time shown: changes nearer than that share a label
 _MOST_LABELS = 12
+_GAP_S = 0.5  # no line is drawn over a longer silence
 _SMALL = 0.25  # of the limit: steering below that fills the axes instead
 _LIMITED = dialect.KITE_STATUS_SATURATED | dialect.KITE_STATUS_SLEWED
 _EIGHT = ("EIGHT_AZIMUTH", "EIGHT_ELEVATION", "EIGHT_HALF_W", "EIGHT_HALF_H", "EIGHT_DIRECTION")
@@ -61,9 +61,9 @@ def plot_log(flight: Flight) -> Any:
     figure, _ = new_figure(10.0, 13.0)
     figure.clear()
     sky, *below = figure.subplots(5, 1, height_ratios=[1.7, 1.1, 0.9, 0.9, 0.7])
-    _, azimuth, elevation = broken(flight.record.time_s, flight.record.azimuth, flight.record.elevation)
+    _, azimuth, elevation = _broken(flight.record.time_s, flight.record.azimuth, flight.record.elevation)
     view = draw_sky(sky, azimuth, elevation, _eights(flight))
-    legend(sky)
+    _legend(sky)
     for draw, axes in zip((_draw_turning_angle, _draw_steering, _draw_delays, _draw_loss), below, strict=True):
         _draw_modes(axes, flight.record)
         draw(axes, flight)
@@ -95,22 +95,22 @@ def _draw_turning_angle(axes: Any, flight: Flight) -> None:
     course = np.unwrap(flight.record.course)
     course -= 2.0 * np.pi * np.round(np.median(course) / (2.0 * np.pi))
     target = course + wrap(flight.record.target_course - course)
-    time_s, course, target = broken(flight.record.time_s, course, target)
+    time_s, course, target = _broken(flight.record.time_s, course, target)
     axes.plot(time_s, np.degrees(target), "--", color=_TARGET, lw=1.0, label=r"target $\theta_t$")
     axes.plot(time_s, np.degrees(course), color=_FLOWN, lw=1.0, label=r"flown $\theta$")
     axes.set_ylabel("turning angle [deg]")
     axes.margins(y=0.08)
     axes.yaxis.get_major_locator().set_params(steps=[1, 1.8, 3, 4.5, 9, 10])  # parts of a turn
-    legend(axes)
+    _legend(axes)
 
 
 def _draw_steering(axes: Any, flight: Flight) -> None:
     record = flight.record
     limited = (record.further["status"].astype(int) & _LIMITED) != 0
-    for index, (start_s, end_s, at_limit) in enumerate(runs(record.time_s, limited)):
+    for index, (start_s, end_s, at_limit) in enumerate(_runs(record.time_s, limited)):
         if at_limit:
             axes.axvspan(start_s, end_s, color=_BAND, lw=0, zorder=0, label="held by a limit" if index < 2 else None)
-    time_s, asked, actual = broken(record.time_s, record.set_steering, record.steering)
+    time_s, asked, actual = _broken(record.time_s, record.set_steering, record.steering)
     if np.isfinite(actual).any():
         axes.plot(time_s, actual, color=_ACTUAL, lw=1.0, label="actual")
     axes.plot(time_s, asked, color=_FLOWN, lw=0.9, label="asked")
@@ -124,13 +124,13 @@ def _draw_steering(axes: Any, flight: Flight) -> None:
             axes.plot(record.time_s, sign * limit, ":", color=_GREY, lw=1.3, label=label)
     shown = 1.12 * most if peak >= _SMALL * most else max(1.5 * peak, 0.01 * most)
     axes.set(ylabel="steering", ylim=(-shown, shown))
-    legend(axes)
+    _legend(axes)
 
 
 def _draw_delays(axes: Any, flight: Flight) -> None:
     found = flight.delays
     age = "age of the sample used" + ("" if found.absolute_age else ", above its least")
-    time_s, down, old = broken(found.state_at_s, found.telemetry_s * 1e3, found.sample_age_s * 1e3)
+    time_s, down, old = _broken(found.state_at_s, found.telemetry_s * 1e3, found.sample_age_s * 1e3)
     axes.plot(time_s, down, ".", color=_PALE, ms=1.5)
     axes.plot([], [], ".", color=_PALE, ms=6, label="telemetry down, above its least")
     axes.plot(time_s, old, color=_FLOWN, lw=0.8, label=age)
@@ -142,7 +142,7 @@ def _draw_delays(axes: Any, flight: Flight) -> None:
             (found.state_at_s, found.telemetry_s), (found.state_at_s, found.sample_age_s),
             (found.round_trip_at_s, found.round_trip_s))])
     axes.set(ylabel="delay [ms]", ylim=(0.0, 1.1 * max(shown.max(initial=0.0), 1.0)))
-    legend(axes)
+    _legend(axes)
 
 
 def _draw_loss(axes: Any, flight: Flight) -> None:
@@ -155,17 +155,17 @@ def _draw_loss(axes: Any, flight: Flight) -> None:
     right.plot(time_s, rate_hz, color=_GREY, lw=1.0, label="received")
     right.set_ylim(0.0, 1.3 * max(float(rate_hz.max(initial=0.0)), 1.0))
     right.set_ylabel("received [1/s]", color=_GREY)
-    legend(axes, right)
+    _legend(axes, right)
 
 
 def _draw_modes(axes: Any, record: FlightRecord) -> None:
-    for start_s, end_s, mode in runs(record.time_s, record.mode):
+    for start_s, end_s, mode in _runs(record.time_s, record.mode):
         axes.axvspan(start_s, end_s, color=_MODES.get(int(mode), "#ffffff"), lw=0, zorder=-1)
 
 
 def _name_modes(axes: Any, flight: Flight) -> None:
     """The mode at the top of these axes, where there is room for its name."""
-    for start_s, end_s, mode in runs(flight.record.time_s, flight.record.mode):
+    for start_s, end_s, mode in _runs(flight.record.time_s, flight.record.mode):
         if end_s - start_s > 0.06 * (flight.to_s - flight.from_s):
             axes.text(start_s, 1.02, " " + mode_name(int(mode)), transform=axes.get_xaxis_transform(), fontsize=8,
                       color=_GREY, va="bottom")
@@ -191,3 +191,32 @@ def _draw_changes(below: Any, flight: Flight) -> None:
             below[0].text(first.time_s, 0.02, f" {text}", transform=below[0].get_xaxis_transform(), rotation=90,
                           fontsize=7, ha="right", va="bottom",
                           bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0})
+
+
+def _runs(time_s: Array, values: Array) -> list[tuple[float, float, float]]:
+    """Stretches of equal values: start and end [s], and the value."""
+    if not time_s.size:
+        return []
+    edges = np.flatnonzero(np.diff(values)) + 1
+    starts, ends = np.concatenate([[0], edges]), np.concatenate([edges, [len(values) - 1]])
+    return [(float(time_s[start]), float(time_s[end]), float(values[start]))
+            for start, end in zip(starts, ends, strict=True)]
+
+
+def _broken(time_s: Array, *lines: Array) -> list[Array]:
+    """The same, with a gap where nothing came for longer than _GAP_S."""
+    steps_s = np.diff(time_s)
+    usual_s = float(np.median(steps_s)) if steps_s.size else 0.0
+    at = np.flatnonzero(steps_s > max(_GAP_S, 3.0 * usual_s))
+    return [np.insert(values, at + 1, np.nan) for values in (time_s, *lines)]
+
+
+def _legend(axes: Any, *others: Any) -> None:
+    """Above the axes, at the right: inside, it would hide the flight."""
+    handles, labels = axes.get_legend_handles_labels()
+    for other in others:
+        more_handles, more_labels = other.get_legend_handles_labels()
+        handles, labels = handles + more_handles, labels + more_labels
+    if handles:
+        axes.legend(handles, labels, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(labels), fontsize=8,
+                    frameon=False, borderaxespad=0.2)

@@ -7,8 +7,7 @@ from typing import NamedTuple
 
 from ground.errors import UsageError
 from ground.link.connection import KITE_COMPONENT, is_of
-from ground.link.framing import Message
-from ground.link.printable import make_printable
+from ground.link.framing import Message, make_printable
 from kite_analysis.flights.tlog import read_tlog
 from protocol import dialect
 from protocol.frame import Address, Header, read_header

@@ -21,8 +21,7 @@ from kite_analysis.figure_eight import Array
 from kite_analysis.flights.columns import FlightDataError
 from kite_analysis.flights.record import FlightRecord, stretches
 from kite_analysis.identification.actuator_model import ActuatorModel, follow
-from kite_analysis.identification.block_statistics import blocked_std
-from kite_analysis.identification.turning_rate_fit import r_squared
+from kite_analysis.identification.fit_quality import blocked_std, r_squared
 
 _BLOCK_S = 10.0
 _LONGEST_DEAD_TIME_S = 2.0

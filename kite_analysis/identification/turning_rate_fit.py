@@ -14,7 +14,7 @@ from kite_analysis.figure_eight import Array
 from kite_analysis.flights.checks import check_period
 from kite_analysis.flights.columns import FlightDataError
 from kite_analysis.flights.record import FlightRecord
-from kite_analysis.identification.block_statistics import blocked_std
+from kite_analysis.identification.fit_quality import blocked_std, r_squared
 from kite_analysis.identification.turning_rates import LawRows, choose, law_rows, regressors
 
 _LEAST_S = 5.0
@@ -114,12 +114,6 @@ def score(record: FlightRecord, fit: LawFit) -> float:
     """R2 of the law `fit`, found elsewhere, on the selected rows of `record`."""
     data = rows_for(record, fit)
     return r_squared(data.rate - data.transport, data.rate - fitted_rate(data, fit))
-
-
-def r_squared(measured: Array, residual: Array) -> float:
-    """1 - the sum of squared residuals over that of the measured about their mean; NaN for a constant."""
-    about_mean = float(np.sum((measured - np.mean(measured)) ** 2))
-    return 1.0 - float(np.sum(residual**2)) / about_mean if about_mean > 0.0 else np.nan
 
 
 def _check_excitation(parts: list[LawRows], seconds: float, angle: str) -> None:

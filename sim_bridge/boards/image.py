@@ -12,7 +12,7 @@ from typing import Any
 
 import firmware_py
 from firmware_py.boards.settings import check_settings
-from kite_analysis.console.closest import closest
+from kite_analysis.console.mistakes import closest
 from kite_analysis.console.optional_packages import ExtraMissingError
 
 MAIN = "import firmware_py.start\n"

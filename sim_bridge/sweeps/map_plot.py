@@ -12,6 +12,7 @@ from kite_analysis.delay.whole_loop import gain_limit
 from kite_analysis.figure_eight import Array
 from kite_analysis.metrics import LOST, NOT_MEASURED, TRACKING, UNSTABLE
 from kite_analysis.plots import new_figure
+from sim_bridge.links.emulation import link_settings
 from sim_bridge.scenario.scenario import Scenario, ScenarioError
 from sim_bridge.sweeps.axes import Axis, apply
 
@@ -92,10 +93,8 @@ def _limits(base: Scenario, other: Axis, value: float) -> tuple[float, float]:
         apply(scenario, [other], [repr(value)])
     except ScenarioError:
         return math.nan, math.nan
-    delay_s = scenario["actuator.dead_time_s"]
-    for direction in ("down", "up"):
-        one_way = scenario[f"link.control.{direction}.delay_s"]
-        delay_s += 0.5 * scenario["link.control.delay_s"] if one_way is None else one_way
-    whole_s = loop_delay(delay_s, scenario.parameter("LOOP_HZ"))
+    loop_hz = scenario.parameter("LOOP_HZ")
+    down, up = link_settings(scenario, "control", 1.0 / loop_hz)
+    whole_s = loop_delay(scenario["actuator.dead_time_s"] + down.delay_s + up.delay_s, loop_hz)
     loop = Loop(whole_s, scenario["plant.speed_over_length"], scenario["actuator.lag_s"])
     return stability_limit(whole_s), gain_limit(loop, scenario.parameter("OUTER_L"))
