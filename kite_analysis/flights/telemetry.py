@@ -93,12 +93,13 @@ def for_identification(flight: FlightRecord, on_the_sensors_clock: bool = False,
 
 
 def _measured_by_states(flight: FlightRecord) -> dict[str, Series]:
-    """The samples that the states tell of."""
-    sampled_s = flight.time_s - flight.sample_age_s
-    new = _newer(sampled_s)
+    """The samples that the states tell of; before the first one their time means nothing."""
+    flight = flight.rows(flight.further["valid"] > 0)
+    flight = flight._replace(time_s=flight.time_s - flight.sample_age_s)
+    flight = flight.rows(_newer(flight.time_s))
     valid = flight.further["valid"].astype(int)
-    return {quantity: Series(sampled_s[new],
-                             np.where((valid & bit > 0) | (quantity == "course"), getattr(flight, quantity), np.nan)[new],
+    return {quantity: Series(flight.time_s,
+                             np.where((valid & bit > 0) | (quantity == "course"), getattr(flight, quantity), np.nan),
                              _longest_gap_s(quantity)) for quantity, bit in _BITS.items()}
 
 
@@ -152,7 +153,7 @@ def _between_messages(record: FlightRecord) -> FlightRecord:
 
 def _newer(time_s: Array) -> Array:
     """True where a time [s] (n,) is later than all before it."""
-    return np.concatenate([[True], np.diff(np.maximum.accumulate(time_s)) > 0.0])
+    return np.diff(np.maximum.accumulate(time_s), prepend=-np.inf) > 0.0
 
 
 def _longest_gap_s(quantity: str) -> float:
