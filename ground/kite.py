@@ -33,8 +33,9 @@ from ground.tuning.gain_advice import (
 from ground.tuning.in_flight import DELAY_MEASURE_S, DelayReport, StepResult, TuningFlight
 from ground.tuning.trial import Trial
 from ground.vehicle.history import StateHistory
-from ground.vehicle.state import MODE_NAMES, VehicleState
+from ground.vehicle.state import VehicleState
 from protocol import dialect
+from protocol.modes import MODE_NAMES
 
 KiteState = dialect.MAVLink_kite_state_message
 DEFAULT_LINK = "udpin:127.0.0.1:14550"

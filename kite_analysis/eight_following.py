@@ -3,11 +3,12 @@
 J. H. Baayen, "Trajectory tracking control of kites with system delay" (2012), section 2.2.
 """
 
-from math import pi, remainder
+from math import pi
 
 import numpy as np
 
-from kite_analysis.figure_eight import Array, TargetEight, turning_angle, wrap
+from kite_analysis.angles import wrap
+from kite_analysis.figure_eight import Array, TargetEight, turning_angle
 
 _JUMP_RAD = 0.5 * pi  # in s: further apart than what two ticks have between them
 _COURSE_WEIGHT = 0.2  # of flying the right way, beside being near, for the strand that a flight begins on
@@ -57,9 +58,9 @@ def _stay(strands: Array, distances: Array, first: int, half_width: float) -> li
         near = 0 if one <= other else 1
         far = 1 - near
         nearest, next_nearest = (one, other) if near == 0 else (other, one)
-        leaps = abs(remainder(places[near] - s, 2.0 * pi)) > _JUMP_RAD
+        leaps = abs(wrap(places[near] - s)) > _JUMP_RAD
         lost = next_nearest > half_width and nearest < _MUCH_NEARER * next_nearest
-        back = abs(remainder(places[far] - s, 2.0 * pi)) > _JUMP_RAD
+        back = abs(wrap(places[far] - s)) > _JUMP_RAD
         strand = far if leaps and not lost and not back else near
         followed.append(strand)
         s = places[strand]

@@ -21,11 +21,6 @@ def unit_position(azimuth: Array, elevation: Array) -> Array:
         [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)], axis=-1)
 
 
-def wrap(angle: Array) -> Array:
-    """Angles [rad] brought into [-pi, pi)."""
-    return (angle + np.pi) % (2 * np.pi) - np.pi
-
-
 def turning_angle(position: Array, direction: Array) -> Array:
     """Turning angle [rad] of tangent vectors `direction` (n, 3) at unit positions (n, 3)."""
     across = direction[..., 0] * position[..., 1] - direction[..., 1] * position[..., 0]

@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kite_analysis.figure_eight import Array, wrap
+from kite_analysis.angles import wrap
+from kite_analysis.figure_eight import Array
 
 UNSTABLE_TURNING_ANGLE = 1.2  # [rad]
 UNSTABLE_SATURATION = 0.3

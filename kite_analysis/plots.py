@@ -5,9 +5,10 @@ from typing import Any
 
 import numpy as np
 
+from kite_analysis.angles import wrap
 from kite_analysis.console.optional_packages import ExtraMissingError
 from kite_analysis.delay.inner_loop import lambert_w_real_part
-from kite_analysis.figure_eight import Array, TargetEight, wrap
+from kite_analysis.figure_eight import Array, TargetEight
 from kite_analysis.metrics import Track
 
 _FLOWN = "#1f4e9c"
@@ -37,8 +38,8 @@ def save(figure: Any, path: Path) -> None:
 
 def draw_trajectory(axes: Any, track: Track, eight: TargetEight) -> None:
     """Elevation over azimuth, as seen from the ground point looking downwind, with the target."""
-    target = np.degrees(eight.angles(np.linspace(0, 2 * np.pi, 400)))
-    axes.plot(target[0], target[1], "--", color=_TARGET, lw=1.2, label="target")
+    azimuth, elevation = np.degrees(eight.angles(np.linspace(0, 2 * np.pi, 400)))
+    axes.plot(azimuth, elevation, "--", color=_TARGET, lw=1.2, label="target")
     axes.plot(np.degrees(track.azimuth), np.degrees(track.elevation), color=_FLOWN, lw=0.9, label="flown")
     axes.plot(np.degrees(track.azimuth[:1]), np.degrees(track.elevation[:1]), "o", color=_FLOWN, ms=4)
     axes.set(xlabel="azimuth [deg]", ylabel="elevation [deg]")

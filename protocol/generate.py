@@ -4,7 +4,8 @@
     python -m protocol.generate --check    exit 1 if any of them is stale
 
 pymavlink's own parser and generator do the work. The PC side gets a pymavlink dialect with only the messages in
-use; the firmware gets two small tables of plain literals that MicroPython can load.
+use, and tuples with names for the values of some; the firmware gets two small tables of plain literals that MicroPython
+can load.
 """
 
 import argparse
@@ -82,6 +83,31 @@ def _struct_format(message) -> str:
         code = "s" if field.type == "uint8_t" and field.array_length > _BYTES else _FORMAT[field.type]
         text += f"{field.array_length}{code}" if field.array_length else code
     return text
+
+
+def pc_values(files: list[mavparse.MAVXML], wanted: list[str]) -> str:
+    """The PC side's tuples for the values of the messages `wanted`: a module's text."""
+    messages = {message.name: message for file in files for message in file.message}
+    lines = [_HEADER, "from typing import Any, NamedTuple"]
+    for name in wanted:
+        message = messages[name]
+        lines += ["", "", f"class {_class_name(name)}(NamedTuple):",
+                  f'    """Values of {name} in the order of the wire."""', ""]
+        lines += [f"    {field.name}: {_python_type(field)}" for field in message.ordered_fields]
+    lines += ["", "", "BY_ID: dict[int, Any] = {"]
+    lines += [f"    {messages[name].id}: {_class_name(name)}," for name in wanted]
+    return "\n".join([*lines, "}"]) + "\n"
+
+
+def _class_name(message: str) -> str:
+    return "".join(word.capitalize() for word in message.split("_"))
+
+
+def _python_type(field) -> str:
+    """What a field is in Python; text is bytes, as the firmware has it."""
+    if field.array_length and field.type != "char":
+        raise ValueError(f"messages.toml, values: {field.name} is an array of numbers, and these have no names")
+    return {"float": "float", "double": "float", "char": "bytes"}.get(field.type, "int")
 
 
 def _targets(message) -> tuple[int, int] | None:
@@ -173,6 +199,7 @@ def generate() -> dict[Path, str]:
         contract = contract_hash(files, table_text)
         return {
             HERE / "dialect.py": pc_dialect(files, folder),
+            HERE / "messages.py": pc_values(files, wanted["values"]),
             HERE / "contract.py": f'{_HEADER}\nCONTRACT_HASH = "{contract[:16]}"\n',
             _FIRMWARE / "generated_enums.py": firmware_enums(files, wanted["constants"]),
             _FIRMWARE / "mavlink" / "generated_messages.py": firmware_messages(files, contract),

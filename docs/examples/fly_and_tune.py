@@ -41,9 +41,9 @@ def fly_and_tune(kite: ground.Kite) -> None:
         kite.parameters.revert("INNER_P")
         print("worse: old gain restored")
 
-    last = kite.history.arrays(seconds=30.0)
-    print(f"steering over the last {np.ptp(last['time_s']):.0f} s: "
-          f"{np.sqrt(np.mean(last['steering_asked'] ** 2)):.3f} RMS of {len(last['time_s'])} states")
+    last = kite.history.record(seconds=30.0)
+    print(f"steering over the last {np.ptp(last.time_s):.0f} s: "
+          f"{np.sqrt(np.mean(last.set_steering ** 2)):.3f} RMS of {len(last.time_s)} states")
 
 
 if __name__ == "__main__":

@@ -30,14 +30,14 @@ def identify_and_set(args: argparse.Namespace, session: Session, history: StateH
     speed = args.speed_over_length or gain_advice.speed_over_length(session.state)
     if not speed:
         raise UsageError("the kite does not report its speed: give --speed-over-length X, in 1/s")
-    parts = propose(found, speed, loop_hz, session.parameters.table)
-    old = {name: session.parameters.fetch(name) for values in parts for name in values}
+    proposed = propose(found, speed, loop_hz, session.parameters.table)
+    old = {name: session.parameters.fetch(name) for name in proposed}
     if not args.json:
-        print("\n".join([*_found_lines(found), "", *_proposal_lines(parts, old)]), flush=True)
+        print("\n".join([*_found_lines(found), "", *_proposal_lines(proposed, old)]), flush=True)
     after, kept = None, False
     if args.yes or (not args.json and confirm(session, "set these and fly with them?")):
         with Trial(session, tell) as trial:
-            for name, value in {**parts[0], **parts[1]}.items():  # gains for a predicted kite come after the prediction
+            for name, value in proposed.items():  # gains for a predicted kite come after the prediction
                 trial.set(name, value)
             if not args.json:
                 tell(f"acknowledged; {_SETTLE_S:.0f} s to settle, then {seconds:.0f} s to measure")
@@ -46,7 +46,7 @@ def identify_and_set(args: argparse.Namespace, session: Session, history: StateH
             if kept:
                 trial.keep()
     if args.json:
-        print(json.dumps({**_as_dictionary(found), "proposed": {**parts[0], **parts[1]}, "present": old,
+        print(json.dumps({**_as_dictionary(found), "proposed": proposed, "present": old,
                           "before": before._asdict(), "after": after and after._asdict(), "written": kept}, indent=2))
     elif after is not None:
         print("kept, acknowledged by the kite" if kept else "old values restored, acknowledged by the kite")
@@ -70,9 +70,9 @@ def _found_lines(found: Identified) -> list[str]:
     return lines
 
 
-def _proposal_lines(parts: tuple[dict[str, float], dict[str, float]], old: dict[str, float]) -> list[str]:
+def _proposal_lines(proposed: dict[str, float], old: dict[str, float]) -> list[str]:
     return [f"{'':<14}{'present':>10}{'proposed':>10}",
-            *(f"{name:<14}{old[name]:>10.4g}{value:>10.4g}" for values in parts for name, value in values.items())]
+            *(f"{name:<14}{old[name]:>10.4g}{value:>10.4g}" for name, value in proposed.items())]
 
 
 def _keep(args: argparse.Namespace, session: Session, before: Effect, after: Effect, diverged: bool) -> bool:

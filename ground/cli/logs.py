@@ -12,11 +12,10 @@ from ground.cli.completion import complete_files
 from ground.cli.options import Connect, Run, positive
 from ground.cli.terminal import tell
 from ground.errors import UsageError
-from ground.link.connection import Address
 from ground.link.transports import open_transport
 from ground.logs.csv_tables import write_flight, write_messages
 from ground.logs.plot import flight_of, plot_log
-from ground.logs.reader import FlightLog, read_flight_log
+from ground.logs.reader import MessageLog, read_message_log
 from ground.logs.ulog import write_ulog
 from ground.replay.keys import minutes, run
 from ground.replay.player import Replay
@@ -24,6 +23,7 @@ from kite_analysis.console.optional_packages import ExtraMissingError
 from kite_analysis.console.picture_file import ENDINGS_IN_WORDS, FileRefusedError, check_new_file, check_picture
 from kite_analysis.plots import save
 from protocol import dialect
+from protocol.frame import Address
 
 DEFAULT_TARGET = "udpout:127.0.0.1:14550"
 _CSV, _ULOG = "csv", "ulog"
@@ -71,7 +71,8 @@ def replay(args: argparse.Namespace, connect: Connect) -> int:
         run(again, time.monotonic, sys.stderr)
     print(f"{again.sent} messages replayed in {time.monotonic() - began_s:.1f} s, {again.answered} requests answered")
     if not again.bytes_received:
-        tell(f"no ground station answered: is one listening on {args.to.partition(':')[2]}?")
+        _kind, _, where = args.to.partition(":")
+        tell(f"no ground station answered: is one listening on {where}?")
     return 0
 
 
@@ -105,7 +106,7 @@ def plot(args: argparse.Namespace, connect: Connect) -> int:
     path = _output_name(args, f"{Path(args.file).stem}.png")
     _check(check_picture, path, args.force)
     flight = flight_of(log, vehicle, *_times(log, args.from_s, args.to_s))
-    if not flight.table["time_s"].size:
+    if not flight.record.time_s.size:
         raise UsageError(f"{args.file}: no state message between {flight.from_s:g} and {flight.to_s:g} s")
     if not flight.parameters.complete:
         tell(f"{args.file}: some parameters are not in the log: targets and limits may be missing from the plot")
@@ -149,7 +150,7 @@ def _time(text: str) -> float:
     return value
 
 
-def _times(log: FlightLog, from_s: float, to_s: float | None) -> tuple[float, float]:
+def _times(log: MessageLog, from_s: float, to_s: float | None) -> tuple[float, float]:
     """The stretch that was asked for, within the log. Raises UsageError where there is nothing of it."""
     end_s = log.duration_s if to_s is None else min(to_s, log.duration_s)
     if from_s >= end_s:
@@ -157,14 +158,14 @@ def _times(log: FlightLog, from_s: float, to_s: float | None) -> tuple[float, fl
     return from_s, end_s
 
 
-def _read(path: str) -> FlightLog:
-    log = read_flight_log(path)
+def _read(path: str) -> MessageLog:
+    log = read_message_log(path)
     for remark in log.remarks:
         tell(f"{path}: {remark}" if not remark.startswith(path) else remark)
     return log
 
 
-def _check_states(log: FlightLog, vehicle: Address) -> None:
+def _check_states(log: MessageLog, vehicle: Address) -> None:
     if not any(isinstance(entry.message, dialect.MAVLink_kite_state_message) for entry in log.of(vehicle)):
         raise UsageError(f"{log.path}: holds no KITE_STATE of system {vehicle.system}: was STATE_HZ 0?")
 

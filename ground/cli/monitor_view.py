@@ -7,6 +7,7 @@ from ground.link.connection import Connection
 from ground.link.statistics import LinkStatistics
 from ground.session import Session
 from ground.vehicle.state import VehicleState
+from kite_analysis.angles import wrap
 from protocol import dialect
 
 _DELAY_WINDOW_S = 30.0
@@ -52,7 +53,7 @@ def line(state: VehicleState, connection: Connection, elapsed_s: float) -> str:
 def _title(state: VehicleState, connection: Connection) -> str:
     armed = {None: "", True: "ARMED", False: "disarmed"}[state.armed]
     clock = connection.vehicle_clock
-    running = f"   running for {_duration(clock[0] + connection.clock() - clock[1])}" if clock else ""
+    running = f"   running for {_duration(clock.uptime_s + connection.clock() - clock.heard_s)}" if clock else ""
     return f"kite {connection.target.system}   {state.mode_name}   {armed}{running}"
 
 
@@ -67,7 +68,7 @@ def _flight(state: VehicleState) -> list[tuple[str, str]]:
     kite = state.kite
     if kite is None:
         return [("state", "no KITE_STATE received: is STATE_HZ 0?")]
-    error = math.remainder(kite.course - kite.target_course, math.tau)
+    error = wrap(kite.course - kite.target_course)
     force = f"{kite.tether_force:8.0f} N" if kite.valid & dialect.KITE_VALID_TETHER_FORCE else "       - not measured"
     measured = f"{kite.steering:+.3f}" if kite.valid & dialect.KITE_VALID_STEERING else "-"
     airspeed = "" if kite.valid & dialect.KITE_VALID_AIRSPEED else "   assumed, not measured"

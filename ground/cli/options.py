@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 
 from ground.errors import UsageError
 from ground.session import Session
-from kite_analysis.console.closest import closest
+from kite_analysis.console.mistakes import closest
 
 DEFAULT_LINK = "udpin:127.0.0.1:14550"
 DEFAULTS = {"timeout": 10.0, "system": None, "wall_clock": time.time}

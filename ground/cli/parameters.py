@@ -23,7 +23,7 @@ from ground.parameters.snapshot import SnapshotKeeper
 from ground.parameters.view import Values, facts, is_changed, row, sheet, width
 from ground.parameters.watch import watch
 from ground.session import Session
-from kite_analysis.console.closest import closest
+from kite_analysis.console.mistakes import closest
 from protocol.parameter_table import load_parameters
 
 

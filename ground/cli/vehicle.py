@@ -10,7 +10,7 @@ from ground.cli.terminal import parameter_progress, tell
 from ground.errors import GroundError
 from ground.parameters.snapshot import SnapshotKeeper
 from ground.session import Session
-from ground.vehicle.state import MODE_NAMES
+from protocol.modes import MODE_NAMES
 
 
 def add_vehicle_commands(commands) -> None:

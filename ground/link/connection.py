@@ -6,9 +6,10 @@ from typing import NamedTuple
 from ground.link.duplicates import FirstCopies
 from ground.link.framing import Message
 from ground.link.links import Clock, Heard, Links
-from ground.link.round_trip import RoundTrip
+from ground.link.round_trip import Question, RoundTrip
 from ground.link.statistics import LinkStatistics
 from protocol import dialect
+from protocol.frame import Address
 
 Observer = Callable[[float, Message, bytes], None]
 
@@ -26,19 +27,26 @@ _PRESENT = (  # what says how things are now: one that was overtaken so far says
     dialect.MAVLink_local_position_ned_message, dialect.MAVLink_param_value_message)
 
 
-class Address(NamedTuple):
-    """Who on the MAVLink network: system and component id."""
-
-    system: int
-    component: int
-
-
 def is_of(sender: Address, vehicle: Address | None) -> bool:
     """Whether `sender` is the vehicle: its autopilot, or the component of the same system that tells a kite's state.
 
     That has an id of its own, as ground stations that do not know KITE_STATE would otherwise miss its sequence numbers.
     """
     return vehicle is not None and sender in (vehicle, Address(vehicle.system, KITE_COMPONENT))
+
+
+class VehicleClock(NamedTuple):
+    """For how long the vehicle has been running [s], as it told when our clock showed `heard_s` [s]."""
+
+    uptime_s: float
+    heard_s: float
+
+
+class _Observing(NamedTuple):
+    """Who is called: for the vehicle's messages, or for everyone's."""
+
+    observer: Observer
+    everyone: bool
 
 
 class Connection:
@@ -57,7 +65,7 @@ class Connection:
         self.statistics = LinkStatistics()
         self.round_trip = RoundTrip()
         self.timing_period_s = HEARTBEAT_PERIOD_S  # how often the round trip is timed
-        self.vehicle_clock: tuple[float, float] | None = None  # its time since it started, and ours when that came [s]
+        self.vehicle_clock: VehicleClock | None = None
         self.every_second: list[Callable[[], None]] = []
         self._vehicle_system = vehicle_system
         self._renamed: int | None = None
@@ -65,9 +73,9 @@ class Connection:
         # The vehicle tells late commands by their numbers: those of this command follow those of the one before it.
         self._encoder.seq = int(self.clock() * _FRAMES_PER_SECOND) % 256
         self._first_copies = FirstCopies()
-        self._observers: list[tuple[Observer, bool]] = []
+        self._observers: list[_Observing] = []
         self._next_heartbeat_s = self._next_timing_s = self.clock()
-        self._timings: dict[int, list[float | None]] = {}  # TIMESYNC on its way
+        self._timings: dict[int, Question] = {}  # TIMESYNC on its way
 
     @property
     def target(self) -> Address:
@@ -76,11 +84,11 @@ class Connection:
 
     def add_observer(self, observer: Observer, everyone: bool = False) -> None:
         """Call `observer(time_s, message, frame)` for the vehicle's messages, or for `everyone`'s and unknown ones."""
-        self._observers.append((observer, everyone))
+        self._observers.append(_Observing(observer, everyone))
 
     def remove_observer(self, observer: Observer) -> None:
         """Take back `add_observer`."""
-        self._observers = [entry for entry in self._observers if entry[0] != observer]
+        self._observers = [entry for entry in self._observers if entry.observer != observer]
 
     def send(self, message: Message, everywhere: bool = False) -> None:
         """Send one message over the links that hear the vehicle, or over all of them."""
@@ -166,18 +174,18 @@ class Connection:
     def _take(self, heard: Heard) -> bool:
         """Pass a message on to whom it concerns; whether it is the vehicle's, and news."""
         time_s, received = self.clock(), heard.received
-        message, sender = received.message, Address(received.system, received.component)
+        message, header, sender = received.message, received.header, received.header.sender
         if isinstance(message, dialect.MAVLink_heartbeat_message):
             self._meet(message, sender)
         from_vehicle = is_of(sender, self.vehicle)
         if from_vehicle:
-            heard.link.statistics.add(time_s, received.sequence, received.component)
+            heard.link.statistics.add(time_s, header.sequence, sender.component)
             if isinstance(message, dialect.MAVLink_heartbeat_message):
                 heard.link.meet(time_s)
         if not self._first_copies.is_first(sender, received.frame):
             return False
         known = not isinstance(message, dialect.MAVLink_unknown)
-        overtaken = self.statistics.add(time_s, received.sequence, received.component) if from_vehicle else 0
+        overtaken = self.statistics.add(time_s, header.sequence, sender.component) if from_vehicle else 0
         news = from_vehicle and known and (overtaken < _OVERTAKEN or not isinstance(message, _PRESENT))
         if from_vehicle and isinstance(message, dialect.MAVLink_timesync_message):
             self._time(message, time_s)
@@ -200,4 +208,4 @@ class Connection:
     def _time(self, answer: dialect.MAVLink_timesync_message, time_s: float) -> None:
         if answer.tc1 and (question := self._timings.pop(answer.ts1, None)) is not None:
             self.round_trip.answer(question, time_s)
-            self.vehicle_clock = (answer.tc1 * 1e-9, time_s)
+            self.vehicle_clock = VehicleClock(answer.tc1 * 1e-9, time_s)

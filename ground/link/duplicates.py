@@ -2,6 +2,8 @@
 
 from collections import deque
 
+from protocol.frame import Address
+
 _REMEMBERED = 128  # half of the sequence numbers: an equal frame further back is another message
 
 
@@ -9,11 +11,11 @@ class FirstCopies:
     """Remembers each sender's latest frames. Two frames are copies when all of their bytes agree."""
 
     def __init__(self) -> None:
-        self._frames: dict[tuple[int, int], set[bytes]] = {}
-        self._order: dict[tuple[int, int], deque[bytes]] = {}
+        self._frames: dict[Address, set[bytes]] = {}
+        self._order: dict[Address, deque[bytes]] = {}
 
-    def is_first(self, sender: tuple[int, int], frame: bytes) -> bool:
-        """Whether this frame of `sender` (system, component) has not come before; remembers it."""
+    def is_first(self, sender: Address, frame: bytes) -> bool:
+        """Whether this frame of `sender` has not come before; remembers it."""
         known = self._frames.setdefault(sender, set())
         if frame in known:
             return False

@@ -1,29 +1,23 @@
 """From a stream of bytes to MAVLink messages, whatever else is in the stream."""
 
 from collections.abc import Iterator
+from functools import cache
 from typing import NamedTuple
 
-from ground.link.printable import make_printable
-from kite_analysis.flights.tlog import frame_length
 from protocol import dialect
+from protocol.frame import Header, frame_length, read_header
 
 Message = dialect.MAVLink_message
+_REPLACEMENT = "\N{REPLACEMENT CHARACTER}"
 _MARKERS = (dialect.PROTOCOL_MARKER_V1, dialect.PROTOCOL_MARKER_V2)
 
 
 class Received(NamedTuple):
-    """One message with its texts made printable, who sent it, its sequence number, and the frame as it came."""
+    """One message with its texts made printable, its header, and the frame as it came."""
 
     message: Message
-    system: int
-    component: int
-    sequence: int
+    header: Header
     frame: bytes
-
-
-def frame_sequence(frame: bytes | bytearray) -> int:
-    """The frame's sequence number."""
-    return frame[4 if frame[0] == dialect.PROTOCOL_MARKER_V2 else 2]
 
 
 class FrameReader:
@@ -41,7 +35,7 @@ class FrameReader:
             try:
                 length = frame_length(self._buffer)
             except ValueError:
-                del self._buffer[0]
+                del self._buffer[:1]
                 continue
             if len(self._buffer) < length:
                 break
@@ -67,10 +61,24 @@ class FrameReader:
         if isinstance(message, dialect.MAVLink_unknown) and not self._ends_cleanly(len(frame)):
             return None
         make_printable(message)
-        at = 5 if frame[0] == dialect.PROTOCOL_MARKER_V2 else 3
-        return Received(message, frame[at], frame[at + 1], frame_sequence(frame), bytes(frame))
+        return Received(message, read_header(frame), bytes(frame))
 
     def _ends_cleanly(self, length: int) -> bool:
         """Whether another frame, or nothing, follows: all there is to tell an unknown message from noise."""
         return len(self._buffer) == length or self._buffer[length] in _MARKERS
 
+
+def make_printable(message: dialect.MAVLink_message) -> None:
+    """Replace in all texts and names of `message` what a terminal must not get. Its frame stays as it came."""
+    for field in _text_fields(type(message)):
+        setattr(message, field, _printable(getattr(message, field)))
+
+
+def _printable(text: str) -> str:
+    """`text` with a replacement character for each escape, line break or other character that is not seen."""
+    return text if text.isprintable() else "".join(letter if letter.isprintable() else _REPLACEMENT for letter in text)
+
+
+@cache
+def _text_fields(kind: type[dialect.MAVLink_message]) -> tuple[str, ...]:
+    return tuple(name for name, field in zip(kind.fieldnames, kind.fieldtypes, strict=True) if field == "char")

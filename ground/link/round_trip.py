@@ -1,6 +1,7 @@
 """How long an answer takes: what a time-out follows, and the delay with its spread and loss that a person looks at."""
 
 from collections import deque
+from dataclasses import dataclass
 from typing import NamedTuple
 
 _KEPT_S = 300.0
@@ -25,6 +26,14 @@ class DelaySummary(NamedTuple):
         return self.high_s - self.low_s
 
 
+@dataclass
+class Question:
+    """When it was asked [s], and how long the answer took [s]; None: there is none yet."""
+
+    sent_s: float
+    taken_s: float | None = None
+
+
 class RoundTrip:
     """Times questions and their answers. `seconds` is smoothed as TCP does (RFC 6298), None until the first answer.
 
@@ -38,22 +47,22 @@ class RoundTrip:
     def __init__(self) -> None:
         self.seconds: float | None = None
         self._variation_s = 0.0
-        self._asked: deque[list[float | None]] = deque()  # when, and how long the answer took
+        self._asked: deque[Question] = deque()
 
-    def ask(self, now_s: float) -> list[float | None]:
+    def ask(self, now_s: float) -> Question:
         """Note that a question leaves at `now_s`; hand what this returns to `answer`."""
-        while self._asked and (self._asked[0][0] or 0.0) < now_s - _KEPT_S:
+        while self._asked and self._asked[0].sent_s < now_s - _KEPT_S:
             self._asked.popleft()
-        question: list[float | None] = [now_s, None]
+        question = Question(now_s)
         self._asked.append(question)
         return question
 
-    def answer(self, question: list[float | None], now_s: float) -> None:
+    def answer(self, question: Question, now_s: float) -> None:
         """Its answer came at `now_s`; a second copy of one changes nothing."""
-        sent_s, taken_s = question
-        if sent_s is not None and taken_s is None and now_s - sent_s < _NEVER_S:
-            question[1] = now_s - sent_s
-            self.add(now_s - sent_s)
+        taken_s = now_s - question.sent_s
+        if question.taken_s is None and taken_s < _NEVER_S:
+            question.taken_s = taken_s
+            self.add(taken_s)
 
     def add(self, seconds: float) -> None:
         """Take in one measured answer time [s]."""
@@ -73,22 +82,22 @@ class RoundTrip:
 
     def summary(self, now_s: float, window_s: float) -> DelaySummary | None:
         """What the questions of the last `window_s` [s] tell; None while none of them is answered."""
-        recent = [(sent_s, taken_s) for sent_s, taken_s in self._asked
-                  if sent_s is not None and sent_s >= now_s - window_s]
-        taken = sorted(taken_s for _, taken_s in recent if taken_s is not None)
+        recent = [question for question in self._asked if question.sent_s >= now_s - window_s]
+        taken = sorted(question.taken_s for question in recent if question.taken_s is not None)
         if not taken:
             return None
-        due = [taken_s for sent_s, taken_s in recent if taken_s is not None or now_s - sent_s > self.timeout_s]
+        due = [question.taken_s for question in recent
+               if question.taken_s is not None or now_s - question.sent_s > self.timeout_s]
         loss = due.count(None) / len(due) if len(due) > 1 else None
         return DelaySummary(_quantile(taken, 0.5), _quantile(taken, 0.05), _quantile(taken, 0.95), len(taken), loss)
 
     def unanswered_since(self, now_s: float) -> float:
         """For how long [s] questions have gone out that should have been answered by now, and were not."""
         oldest_s = now_s
-        for sent_s, taken_s in reversed(self._asked):
-            if taken_s is not None:
+        for question in reversed(self._asked):
+            if question.taken_s is not None:
                 break
-            oldest_s = now_s if sent_s is None else sent_s
+            oldest_s = question.sent_s
         return max(now_s - oldest_s - self.timeout_s, 0.0)
 
 

@@ -1,9 +1,17 @@
 """How good the link is: messages a second, and messages lost."""
 
 from collections import deque
+from typing import NamedTuple
 
 WINDOW_S = 5.0
 _RESTART = 3  # so many old numbers in a row, with no new one between: the sender has started to count anew
+
+
+class _Came(NamedTuple):
+    """A message came, and changed by so much what is thought lost."""
+
+    time_s: float
+    lost: int
 
 
 class LinkStatistics:
@@ -19,7 +27,7 @@ class LinkStatistics:
         self.last_s: float | None = None
         self._first_s = 0.0
         self._numbers: dict[int, _Numbers] = {}
-        self._recent: deque[tuple[float, int]] = deque()  # time of a message, and the change in what is lost
+        self._recent: deque[_Came] = deque()
 
     def add(self, time_s: float, sequence: int, component: int = 1) -> int:
         """Take in a message of `component` that came at `time_s` [s] with this number; by how many it was overtaken."""
@@ -33,7 +41,7 @@ class LinkStatistics:
             self.repeated += 1
         else:
             self.lost += lost
-        self._recent.append((time_s, lost or 0))
+        self._recent.append(_Came(time_s, lost or 0))
         self._forget(time_s)
         return numbers.overtaken(sequence)
 
@@ -45,11 +53,11 @@ class LinkStatistics:
     def loss(self, now_s: float) -> float | None:
         """Share of messages lost of late, 0 to 1; None when none came that could tell."""
         self._forget(now_s)
-        lost = max(sum(change for _, change in self._recent), 0)
+        lost = max(sum(came.lost for came in self._recent), 0)
         return lost / (lost + len(self._recent)) if self._recent else None
 
     def _forget(self, now_s: float) -> None:
-        while self._recent and self._recent[0][0] < now_s - WINDOW_S:
+        while self._recent and self._recent[0].time_s < now_s - WINDOW_S:
             self._recent.popleft()
 
 

@@ -6,37 +6,46 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from ground.link.connection import Address
-from ground.logs.quantities import flight_table
-from ground.logs.reader import FlightLog, Logged
-from ground.vehicle.state import mode_name
+from ground.logs.quantities import recorded_flight
+from ground.logs.reader import Logged, MessageLog
+from kite_analysis.angles import wrap
 from protocol import dialect
+from protocol.frame import Address
+from protocol.modes import mode_name
 
 _EXACT = 9  # digits that tell one float32 from the next
-_WHOLE = ("armed", "status", "valid", "tick_us", "tick_worst_us", "overruns", "samples_dropped")
+_QUANTITIES = {  # column: what of the flight it is
+    "azimuth_rad": "azimuth", "elevation_rad": "elevation", "distance_m": "distance", "course_rad": "course",
+    "target_course_rad": "target_course", "heading_rad": "heading", "cross_track_rad": "cross_track",
+    "path_parameter_rad": "path_parameter", "steering_asked": "set_steering", "steering": "steering",
+    "airspeed_m_s": "airspeed", "tether_force_n": "tether_force",
+}
+_COUNTED = ("status", "valid", "tick_us", "tick_worst_us", "overruns", "samples_dropped")
 
 
-def write_flight(log: FlightLog, vehicle: Address, path: Path) -> int:
+def write_flight(log: MessageLog, vehicle: Address, path: Path) -> int:
     """Write a row for each state message to `path`; how many. A cell is empty where nothing was measured.
 
     Raises:
         OSError: the file cannot be written.
     """
-    table = flight_table(log, vehicle)
+    flight = recorded_flight(log, vehicle)
     start_s = log.start_us * 1e-6
-    columns = {"utc_s": [f"{start_s + time_s:.6f}" for time_s in table["time_s"]]}
-    for name, values in table.items():
-        if name == "mode":
-            columns[name] = [mode_name(int(value)) for value in values]
-        elif name.endswith("time_s"):
-            columns[name] = [f"{value:.6f}" for value in values]
-        else:
-            columns[name] = [_cell(value, name in _WHOLE) for value in values]
+    columns = {"utc_s": [f"{start_s + time_s:.6f}" for time_s in flight.time_s]}
+    columns |= {name: [f"{value:.6f}" for value in values] for name, values in (
+        ("time_s", flight.time_s), ("received_s", flight.further["received_s"]),
+        ("vehicle_time_s", flight.further["vehicle_time_s"]))}
+    columns["mode"] = [mode_name(int(value)) for value in flight.mode]
+    columns["armed"] = [_cell(value, True) for value in flight.further["armed"]]
+    columns |= {name: [_cell(value, False) for value in getattr(flight, quantity)]
+                for name, quantity in _QUANTITIES.items()}
+    columns["course_error_rad"] = [_cell(value, False) for value in wrap(flight.target_course - flight.course)]
+    columns |= {name: [_cell(value, True) for value in flight.further[name]] for name in _COUNTED}
     _write(path, list(columns), zip(*columns.values(), strict=True))
-    return len(table["time_s"])
+    return len(flight.time_s)
 
 
-def write_messages(log: FlightLog, folder: Path) -> int:
+def write_messages(log: MessageLog, folder: Path) -> int:
     """Write a file for each kind of message into `folder`, with all its fields, whoever sent it; how many files.
 
     Raises:
@@ -53,7 +62,7 @@ def write_messages(log: FlightLog, folder: Path) -> int:
         for field in kind.fieldnames:
             count = _array_length(kind, field)
             heads += [f"{field}_{index}" for index in range(count)] if count else [field]
-        rows = ([f"{entry.time_s:.6f}", log.start_us + round(entry.time_s * 1e6), *entry.sender, entry.sequence,
+        rows = ([f"{entry.time_s:.6f}", log.start_us + round(entry.time_s * 1e6), *entry.sender, entry.header.sequence,
                  *_values(entry, kind)] for entry in entries)
         _write(folder / f"{name.lower()}.csv", heads, rows)
     return len(kinds)

@@ -4,9 +4,9 @@ from bisect import bisect_right
 from itertools import pairwise
 from typing import NamedTuple
 
-from ground.link.connection import Address
-from ground.logs.reader import FlightLog
+from ground.logs.reader import MessageLog
 from protocol import dialect
+from protocol.frame import Address
 
 
 class LoggedChange(NamedTuple):
@@ -18,6 +18,13 @@ class LoggedChange(NamedTuple):
     value: float
 
 
+class _Told(NamedTuple):
+    """A value, and how far into the log it was told."""
+
+    time_s: float
+    value: float
+
+
 class LoggedParameters:
     """The values of `vehicle`'s parameters in `log`, as its PARAM_VALUEs told them.
 
@@ -25,15 +32,15 @@ class LoggedParameters:
     indices can be used.
     """
 
-    def __init__(self, log: FlightLog, vehicle: Address) -> None:
+    def __init__(self, log: MessageLog, vehicle: Address) -> None:
         self.total = 0
-        self._told: dict[str, list[tuple[float, float]]] = {}
+        self._told: dict[str, list[_Told]] = {}
         places: dict[str, int] = {}
         for entry in log.of(vehicle):
             message = entry.message
             if not isinstance(message, dialect.MAVLink_param_value_message):
                 continue
-            self._told.setdefault(message.param_id, []).append((entry.time_s, message.param_value))
+            self._told.setdefault(message.param_id, []).append(_Told(entry.time_s, message.param_value))
             if message.param_index < message.param_count:  # an answer to PARAM_SET may come without its place
                 places[message.param_id] = message.param_index
                 self.total = message.param_count
@@ -43,7 +50,7 @@ class LoggedParameters:
     def value(self, name: str, time_s: float) -> float:
         """What `name` was at `time_s`: the last told by then, or the first told at all. Raises KeyError."""
         told = self._told[name]
-        return told[max(bisect_right(told, (time_s, float("inf"))) - 1, 0)][1]
+        return told[max(bisect_right(told, time_s, key=lambda value: value.time_s) - 1, 0)].value
 
     def values(self, time_s: float) -> dict[str, float]:
         """All of them at `time_s`."""
@@ -51,6 +58,6 @@ class LoggedParameters:
 
     def changes(self) -> list[LoggedChange]:
         """Every change of a value, in the order in which they came."""
-        found = [LoggedChange(time_s, name, before, value) for name, told in self._told.items()
-                 for (_, before), (time_s, value) in pairwise(told) if value != before]
+        found = [LoggedChange(later.time_s, name, earlier.value, later.value) for name, told in self._told.items()
+                 for earlier, later in pairwise(told) if later.value != earlier.value]
         return sorted(found)

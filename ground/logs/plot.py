@@ -5,16 +5,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ground.link.connection import Address
 from ground.logs.parameters import LoggedChange, LoggedParameters
-from ground.logs.plot_parts import broken, legend, runs
-from ground.logs.quantities import Delays, delays, flight_table, link_quality
-from ground.logs.reader import FlightLog
+from ground.logs.quantities import Delays, LinkQuality, delays, link_quality, recorded_flight
+from ground.logs.reader import MessageLog
 from ground.logs.sky import draw_lines, draw_sky
-from ground.vehicle.state import mode_name
-from kite_analysis.figure_eight import Array, TargetEight, wrap
+from kite_analysis.angles import wrap
+from kite_analysis.figure_eight import Array, TargetEight
+from kite_analysis.flights.record import FlightRecord
 from kite_analysis.plots import new_figure
 from protocol import dialect
+from protocol.frame import Address
+from protocol.modes import mode_name
 
 _FLOWN, _TARGET, _ACTUAL, _GREY = "#1f4e9c", "#d1495b", "#e08e2b", "#8a9097"
 _BAND, _PALE = "#f4c9cf", "#9fb6d9"
@@ -22,32 +23,33 @@ _MODES = {dialect.KITE_MODE_STANDBY: "#eceff1", dialect.KITE_MODE_MANUAL: "#fdf3
           dialect.KITE_MODE_PARK: "#e3f1e5", dialect.KITE_MODE_TRACK: "#ffffff"}
 _NEAR = 0.04  # of the time shown: changes nearer than that share a label
 _MOST_LABELS = 12
+_GAP_S = 0.5  # no line is drawn over a longer silence
 _SMALL = 0.25  # of the limit: steering below that fills the axes instead
 _LIMITED = dialect.KITE_STATUS_SATURATED | dialect.KITE_STATUS_SLEWED
 _EIGHT = ("EIGHT_AZIMUTH", "EIGHT_ELEVATION", "EIGHT_HALF_W", "EIGHT_HALF_H", "EIGHT_DIRECTION")
 
 
 class Flight(NamedTuple):
-    """What is drawn of a flight, between `from_s` and `to_s` [s]; `table` as of `flight_table`, cut to that."""
+    """What is drawn of a flight, between `from_s` and `to_s` [s]; the record is cut to that."""
 
-    table: dict[str, Array]
+    record: FlightRecord
     delays: Delays
-    quality: tuple[Array, Array, Array]
+    quality: LinkQuality
     parameters: LoggedParameters
     from_s: float
     to_s: float
     title: str
 
 
-def flight_of(log: FlightLog, vehicle: Address, from_s: float, to_s: float) -> Flight:
+def flight_of(log: MessageLog, vehicle: Address, from_s: float, to_s: float) -> Flight:
     """What `log` tells of `vehicle` from `from_s` to `to_s`; the table may be empty."""
-    table = flight_table(log, vehicle)
+    record = recorded_flight(log, vehicle)
     first_s = from_s if from_s > 0.0 else -np.inf  # what came late at the log's start was sent before it
-    within = (table["time_s"] >= first_s) & (table["time_s"] <= to_s)
+    within = (record.time_s >= first_s) & (record.time_s <= to_s)
     began = datetime.fromtimestamp(log.start_us * 1e-6, UTC)
     title = f"{log.path.name}: kite {vehicle.system}, {began:%d %B %Y %H:%M} UTC"
-    return Flight({name: values[within] for name, values in table.items()}, delays(log, vehicle),
-                  link_quality(log, vehicle), LoggedParameters(log, vehicle), from_s, to_s, title)
+    return Flight(record.rows(within), delays(log, vehicle, record), link_quality(log, vehicle),
+                  LoggedParameters(log, vehicle), from_s, to_s, title)
 
 
 def plot_log(flight: Flight) -> Any:
@@ -59,11 +61,11 @@ def plot_log(flight: Flight) -> Any:
     figure, _ = new_figure(10.0, 13.0)
     figure.clear()
     sky, *below = figure.subplots(5, 1, height_ratios=[1.7, 1.1, 0.9, 0.9, 0.7])
-    _, azimuth, elevation = broken(*(flight.table[name] for name in ("time_s", "azimuth_rad", "elevation_rad")))
+    _, azimuth, elevation = _broken(flight.record.time_s, flight.record.azimuth, flight.record.elevation)
     view = draw_sky(sky, azimuth, elevation, _eights(flight))
-    legend(sky)
+    _legend(sky)
     for draw, axes in zip((_draw_turning_angle, _draw_steering, _draw_delays, _draw_loss), below, strict=True):
-        _draw_modes(axes, flight.table)
+        _draw_modes(axes, flight.record)
         draw(axes, flight)
         axes.set_xlim(flight.from_s, flight.to_s)
         axes.grid(alpha=0.3)
@@ -90,45 +92,45 @@ def _eights(flight: Flight) -> list[TargetEight]:
 
 
 def _draw_turning_angle(axes: Any, flight: Flight) -> None:
-    course = np.unwrap(flight.table["course_rad"])
+    course = np.unwrap(flight.record.course)
     course -= 2.0 * np.pi * np.round(np.median(course) / (2.0 * np.pi))
-    target = course + wrap(flight.table["target_course_rad"] - course)
-    time_s, course, target = broken(flight.table["time_s"], course, target)
+    target = course + wrap(flight.record.target_course - course)
+    time_s, course, target = _broken(flight.record.time_s, course, target)
     axes.plot(time_s, np.degrees(target), "--", color=_TARGET, lw=1.0, label=r"target $\theta_t$")
     axes.plot(time_s, np.degrees(course), color=_FLOWN, lw=1.0, label=r"flown $\theta$")
     axes.set_ylabel("turning angle [deg]")
     axes.margins(y=0.08)
     axes.yaxis.get_major_locator().set_params(steps=[1, 1.8, 3, 4.5, 9, 10])  # parts of a turn
-    legend(axes)
+    _legend(axes)
 
 
 def _draw_steering(axes: Any, flight: Flight) -> None:
-    table = flight.table
-    limited = (table["status"].astype(int) & _LIMITED) != 0
-    for index, (start_s, end_s, at_limit) in enumerate(runs(table["time_s"], limited)):
+    record = flight.record
+    limited = (record.further["status"].astype(int) & _LIMITED) != 0
+    for index, (start_s, end_s, at_limit) in enumerate(_runs(record.time_s, limited)):
         if at_limit:
             axes.axvspan(start_s, end_s, color=_BAND, lw=0, zorder=0, label="limited" if index < 2 else None)
-    time_s, asked, actual = broken(table["time_s"], table["steering_asked"], table["steering"])
+    time_s, asked, actual = _broken(record.time_s, record.set_steering, record.steering)
     if np.isfinite(actual).any():
         axes.plot(time_s, actual, color=_ACTUAL, lw=1.0, label="actual")
     axes.plot(time_s, asked, color=_FLOWN, lw=0.9, label="asked")
     peak = float(np.nanmax(np.abs(np.concatenate([asked, actual])), initial=0.0))
     most = 1.0
     if "STEER_MAX" in flight.parameters.names:
-        limit = np.array([flight.parameters.value("STEER_MAX", at) for at in table["time_s"]])
+        limit = np.array([flight.parameters.value("STEER_MAX", at) for at in record.time_s])
         most = float(limit.max())
         name = f"limits, off the scale at ±{most:g}" if peak < _SMALL * most else "limits"
         for sign, label in ((1.0, name), (-1.0, None)):
-            axes.plot(table["time_s"], sign * limit, ":", color=_GREY, lw=1.3, label=label)
+            axes.plot(record.time_s, sign * limit, ":", color=_GREY, lw=1.3, label=label)
     shown = 1.12 * most if peak >= _SMALL * most else max(1.5 * peak, 0.01 * most)
     axes.set(ylabel="steering", ylim=(-shown, shown))
-    legend(axes)
+    _legend(axes)
 
 
 def _draw_delays(axes: Any, flight: Flight) -> None:
     found = flight.delays
     age = "age of the sample used" + ("" if found.absolute_age else ", above its minimum")
-    time_s, down, old = broken(found.state_at_s, found.telemetry_s * 1e3, found.sample_age_s * 1e3)
+    time_s, down, old = _broken(found.state_at_s, found.telemetry_s * 1e3, found.sample_age_s * 1e3)
     axes.plot(time_s, down, ".", color=_PALE, ms=1.5)
     axes.plot([], [], ".", color=_PALE, ms=6, label="telemetry down, above its minimum")
     axes.plot(time_s, old, color=_FLOWN, lw=0.8, label=age)
@@ -140,7 +142,7 @@ def _draw_delays(axes: Any, flight: Flight) -> None:
             (found.state_at_s, found.telemetry_s), (found.state_at_s, found.sample_age_s),
             (found.round_trip_at_s, found.round_trip_s))])
     axes.set(ylabel="delay [ms]", ylim=(0.0, 1.1 * max(shown.max(initial=0.0), 1.0)))
-    legend(axes)
+    _legend(axes)
 
 
 def _draw_loss(axes: Any, flight: Flight) -> None:
@@ -153,17 +155,17 @@ def _draw_loss(axes: Any, flight: Flight) -> None:
     right.plot(time_s, rate_hz, color=_GREY, lw=1.0, label="received")
     right.set_ylim(0.0, 1.3 * max(float(rate_hz.max(initial=0.0)), 1.0))
     right.set_ylabel("received [1/s]", color=_GREY)
-    legend(axes, right)
+    _legend(axes, right)
 
 
-def _draw_modes(axes: Any, table: dict[str, Array]) -> None:
-    for start_s, end_s, mode in runs(table["time_s"], table["mode"]):
+def _draw_modes(axes: Any, record: FlightRecord) -> None:
+    for start_s, end_s, mode in _runs(record.time_s, record.mode):
         axes.axvspan(start_s, end_s, color=_MODES.get(int(mode), "#ffffff"), lw=0, zorder=-1)
 
 
 def _name_modes(axes: Any, flight: Flight) -> None:
     """The mode at the top of these axes, where there is room for its name."""
-    for start_s, end_s, mode in runs(flight.table["time_s"], flight.table["mode"]):
+    for start_s, end_s, mode in _runs(flight.record.time_s, flight.record.mode):
         if end_s - start_s > 0.06 * (flight.to_s - flight.from_s):
             axes.text(start_s, 1.02, " " + mode_name(int(mode)), transform=axes.get_xaxis_transform(), fontsize=8,
                       color=_GREY, va="bottom")
@@ -174,17 +176,47 @@ def _draw_changes(below: Any, flight: Flight) -> None:
     changes = [change for change in flight.parameters.changes() if flight.from_s <= change.time_s <= flight.to_s]
     near_s = _NEAR * (flight.to_s - flight.from_s)
     groups: list[list[LoggedChange]] = []
+    begin_s = 0.0
     for change in changes:
-        if groups and change.time_s - groups[-1][0].time_s < near_s:
+        if groups and change.time_s - begin_s < near_s:
             groups[-1].append(change)
         else:
             groups.append([change])
-    for group in groups:
+            begin_s = change.time_s
+    for first, *more in groups:
         for axes in below:
-            axes.axvline(group[0].time_s, color="black", lw=0.8, ls=(0, (4, 3)))
+            axes.axvline(first.time_s, color="black", lw=0.8, ls=(0, (4, 3)))
         if len(groups) <= _MOST_LABELS:
-            first, more = group[0], len(group) - 1
-            text = f"{first.name} {first.before:.4g} → {first.value:.4g}" + (f", {more} more" if more else "")
-            below[0].text(group[0].time_s, 0.02, f" {text}", transform=below[0].get_xaxis_transform(), rotation=90,
+            text = f"{first.name} {first.before:.4g} → {first.value:.4g}" + (f", {len(more)} more" if more else "")
+            below[0].text(first.time_s, 0.02, f" {text}", transform=below[0].get_xaxis_transform(), rotation=90,
                           fontsize=7, ha="right", va="bottom",
                           bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0})
+
+
+def _runs(time_s: Array, values: Array) -> list[tuple[float, float, float]]:
+    """Stretches of equal values: start and end [s], and the value."""
+    if not time_s.size:
+        return []
+    edges = np.flatnonzero(np.diff(values)) + 1
+    starts, ends = np.concatenate([[0], edges]), np.concatenate([edges, [len(values) - 1]])
+    return [(float(time_s[start]), float(time_s[end]), float(values[start]))
+            for start, end in zip(starts, ends, strict=True)]
+
+
+def _broken(time_s: Array, *lines: Array) -> list[Array]:
+    """The same, with a gap where nothing came for longer than _GAP_S."""
+    steps_s = np.diff(time_s)
+    usual_s = float(np.median(steps_s)) if steps_s.size else 0.0
+    at = np.flatnonzero(steps_s > max(_GAP_S, 3.0 * usual_s))
+    return [np.insert(values, at + 1, np.nan) for values in (time_s, *lines)]
+
+
+def _legend(axes: Any, *others: Any) -> None:
+    """Above the axes, at the right: inside, it would hide the flight."""
+    handles, labels = axes.get_legend_handles_labels()
+    for other in others:
+        more_handles, more_labels = other.get_legend_handles_labels()
+        handles, labels = handles + more_handles, labels + more_labels
+    if handles:
+        axes.legend(handles, labels, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(labels), fontsize=8,
+                    frameon=False, borderaxespad=0.2)

@@ -4,27 +4,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ground.link.connection import Address
 from ground.link.statistics import LinkStatistics
-from ground.logs.reader import FlightLog, Logged
+from ground.logs.reader import MessageLog
 from ground.vehicle.state import is_armed
-from kite_analysis.figure_eight import Array, wrap
+from kite_analysis.figure_eight import Array
+from kite_analysis.flights.record import FlightRecord
+from kite_analysis.flights.telemetry import fields_of, record_of_states
 from protocol import dialect
+from protocol.clock import ages_s, counted_on
+from protocol.frame import Address
 
-CLOCK_WRAP_US = 1 << 30  # of the firmware's clock, and of the sensors'
 _ONE_CLOCK_S = 2.0  # ages below this are taken as such; two clocks of their own seldom agree so well
 _DRIFT_S = 60.0  # over this long, clocks do not drift apart by anything that a plot shows
-_MOST_DELAY_S = 5.0
 _STEP_S = 1.0
-# Column: field of KITE_STATE, and the validity bit without which it was not measured.
-_MEASURED = {
-    "azimuth_rad": ("azimuth", 0), "elevation_rad": ("elevation", 0), "distance_m": ("distance", 0),
-    "course_rad": ("course", 0), "target_course_rad": ("target_course", 0), "heading_rad": ("heading", 0),
-    "cross_track_rad": ("cross_track", 0), "path_parameter_rad": ("path_parameter", 0),
-    "steering_asked": ("steering_asked", 0), "steering": ("steering", dialect.KITE_VALID_STEERING),
-    "airspeed_m_s": ("airspeed", 0), "tether_force_n": ("tether_force", dialect.KITE_VALID_TETHER_FORCE),
-}
-_COUNTED = ("status", "valid", "tick_us", "tick_worst_us", "overruns", "samples_dropped")
 
 
 class Delays(NamedTuple):
@@ -43,13 +35,21 @@ class Delays(NamedTuple):
     absolute_age: bool
 
 
-def flight_table(log: FlightLog, vehicle: Address) -> dict[str, Array]:
-    """Columns (n,) of a flight by name, at its n state messages; angles in radians, NaN where not measured.
+class LinkQuality(NamedTuple):
+    """How a link did, (n,) each: times [s], share of the messages lost (0 to 1), and messages a second."""
+
+    time_s: Array
+    loss: Array
+    rate_hz: Array
+
+
+def recorded_flight(log: MessageLog, vehicle: Address) -> FlightRecord:
+    """The flight, with a row for each state message.
 
     The rows are in the vehicle's order, whichever way the messages overtook each other. `time_s` counts from the log's
-    start; it is when the message would have come with no more delay than the least of the time. `received_s` is when
-    it came, `vehicle_time_s` the vehicle's own clock, counted from the first state. `mode` and `status` are the numbers
-    of KITE_MODE and KITE_STATUS; `armed` is 0 or 1, as the last heartbeat told, or NaN before the first.
+    start; it is when the message would have come with no more delay than the least of the time. Of what there is
+    further, `received_s` is when it came, `vehicle_time_s` the vehicle's own clock, counted from the first state, and
+    `armed` is 0 or 1, as the last heartbeat told, or NaN before the first.
     """
     states, armed, last = [], [], np.nan
     for entry in log.of(vehicle):
@@ -58,39 +58,28 @@ def flight_table(log: FlightLog, vehicle: Address) -> dict[str, Array]:
         elif isinstance(entry.message, dialect.MAVLink_kite_state_message):
             states.append(entry)
             armed.append(last)
-    valid = _field(states, "valid").astype(int)
-    received_s = _received(states)
-    vehicle_s = unwrap_clock(_field(states, "time_us"), received_s)
-    columns = {"time_s": _on_the_logs_clock(received_s, vehicle_s), "received_s": received_s,
-               "vehicle_time_s": vehicle_s, "mode": _field(states, "mode"), "armed": np.array(armed)}
-    for name, (field, bit) in _MEASURED.items():
-        values = _field(states, field)
-        columns[name] = np.where(valid & bit, values, np.nan) if bit else values
-    columns["course_error_rad"] = wrap(columns["target_course_rad"] - columns["course_rad"])
-    for name in _COUNTED:
-        columns[name] = _field(states, name)
-    order = np.argsort(vehicle_s, kind="stable")
-    columns = {name: values[order] for name, values in columns.items()}
-    return columns | {"time_s": np.maximum.accumulate(columns["time_s"])}
+    fields = fields_of([entry.message for entry in states], dialect.MAVLink_kite_state_message)
+    received_s = np.array([entry.time_s for entry in states], dtype=float)
+    vehicle_s = np.array(counted_on(fields["time_us"], received_s))
+    age_s = np.array(ages_s(fields["time_us"], fields["sample_time_us"]))
+    further = {"received_s": received_s, "vehicle_time_s": vehicle_s, "armed": np.array(armed)}
+    flight = record_of_states(fields, _on_the_logs_clock(received_s, vehicle_s), age_s, log.path.name, further)
+    flight = flight.rows(np.argsort(vehicle_s, kind="stable"))
+    return flight._replace(time_s=np.maximum.accumulate(flight.time_s))
 
 
-def delays(log: FlightLog, vehicle: Address) -> Delays:
-    """The delays that a log tells of."""
-    states = [entry for entry in log.of(vehicle) if isinstance(entry.message, dialect.MAVLink_kite_state_message)]
-    received_s = _received(states)
-    vehicle_s = unwrap_clock(_field(states, "time_us"), received_s)
-    time_s = _on_the_logs_clock(received_s, vehicle_s)
-    order = np.argsort(vehicle_s, kind="stable")
-    age_us = _field(states, "time_us") - _field(states, "sample_time_us")
-    age_s = (np.cumsum(_signed_us(np.diff(age_us, prepend=age_us[:1]))) + _signed_us(age_us[:1])) * 1e-6
+def delays(log: MessageLog, vehicle: Address, flight: FlightRecord) -> Delays:
+    """The delays that a log and the `flight` in it tell of."""
+    received_s, age_s = flight.further["received_s"], flight.sample_age_s
     absolute = bool(age_s.size) and age_s.min() >= 0.0 and age_s.max() < _ONE_CLOCK_S
     if not absolute:
         age_s = np.maximum(age_s - _least(received_s, age_s), 0.0)
-    return Delays(*_round_trips(log, vehicle), time_s[order], (received_s - time_s)[order], age_s[order], absolute)
+    return Delays(*_round_trips(log, vehicle), flight.time_s, np.maximum(received_s - flight.time_s, 0.0),
+                  age_s, absolute)
 
 
-def link_quality(log: FlightLog, vehicle: Address) -> tuple[Array, Array, Array]:
-    """Times [s], share of the vehicle's messages lost (0 to 1), and messages a second, over the 5 s before each.
+def link_quality(log: MessageLog, vehicle: Address) -> LinkQuality:
+    """How the link from the vehicle did, over the 5 s before each time.
 
     Lost is what is missing from the sequence numbers. Where nothing came for 5 s, the share is NaN; so it is in a log
     of the control side, with the sensors' samples: the bridge writes it without some of what the vehicle sent.
@@ -103,34 +92,9 @@ def link_quality(log: FlightLog, vehicle: Address) -> tuple[Array, Array, Array]
         while due_s < entry.time_s:
             rows.append(_quality(statistics, due_s))
             due_s += _STEP_S
-        statistics.add(entry.time_s, entry.sequence, entry.sender.component)
+        statistics.add(entry.time_s, entry.header.sequence, entry.sender.component)
     times, loss, rate = np.array(rows or np.empty((0, 3))).T
-    return times, np.full_like(loss, np.nan) if control_side else loss, rate
-
-
-def unwrap_clock(time_us: Array, received_s: Array) -> Array:
-    """Seconds since the first of these readings [us] of a clock that wraps at CLOCK_WRAP_US.
-
-    Where it and the times at which they came [s] disagree by more than a link delays, the vehicle has started anew, or
-    was silent for longer than a turn of the clock: there the latter count.
-    """
-    steps_s = _signed_us(np.diff(time_us)) * 1e-6
-    came_s = np.diff(received_s)
-    steps_s = np.where(np.abs(steps_s - came_s) < _MOST_DELAY_S, steps_s, came_s)
-    return np.concatenate([[0.0], np.cumsum(steps_s)])[: len(time_us)]
-
-
-def _signed_us(difference_us: Array) -> Array:
-    """Differences of wrapping clocks [us], brought nearest to zero."""
-    return (difference_us + CLOCK_WRAP_US // 2) % CLOCK_WRAP_US - CLOCK_WRAP_US // 2
-
-
-def _field(states: list[Logged], name: str) -> Array:
-    return np.array([getattr(entry.message, name) for entry in states], dtype=float)
-
-
-def _received(states: list[Logged]) -> Array:
-    return np.array([entry.time_s for entry in states], dtype=float)
+    return LinkQuality(times, np.full_like(loss, np.nan) if control_side else loss, rate)
 
 
 def _least(time_s: Array, values: Array) -> Array:
@@ -151,7 +115,7 @@ def _on_the_logs_clock(received_s: Array, vehicle_s: Array) -> Array:
     return np.minimum(vehicle_s + _least(received_s, received_s - vehicle_s), received_s)
 
 
-def _round_trips(log: FlightLog, vehicle: Address) -> tuple[Array, Array]:
+def _round_trips(log: MessageLog, vehicle: Address) -> tuple[Array, Array]:
     """When TIMESYNC answers came and how long after their questions.
 
     A question in the log (with ts1, the asker's clock) says how that clock and the log's compare; the answers repeat

@@ -6,14 +6,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ground.errors import UsageError
-from ground.link.connection import KITE_COMPONENT, Address, is_of
-from ground.link.framing import Message
-from ground.link.printable import make_printable
+from ground.link.connection import KITE_COMPONENT, is_of
+from ground.link.framing import Message, make_printable
 from kite_analysis.flights.tlog import read_tlog
 from protocol import dialect
+from protocol.frame import Address, Header, read_header
 
 Heartbeat = dialect.MAVLink_heartbeat_message
-_MARKER_2 = dialect.PROTOCOL_MARKER_V2
 _LONGEST_PAUSE_US = 86_400_000_000  # a day without any message is no pause of a flight: the clock was set
 _END_OF_DATES_US = 253_402_300_800_000_000  # the year 10000
 
@@ -22,13 +21,17 @@ class Logged(NamedTuple):
     """One message of a log; `time_s` [s] counts from the log's first frame and never goes back."""
 
     time_s: float
-    sender: Address
-    sequence: int
+    header: Header
     message: Message
     frame: bytes
 
+    @property
+    def sender(self) -> Address:
+        """Who sent it."""
+        return self.header.sender
 
-class FlightLog:
+
+class MessageLog:
     """What a tlog holds. `remarks` are lines for the user on what of it cannot be used.
 
     `start_us` is when its first frame came, in microseconds since 1970 (UTC).
@@ -64,7 +67,7 @@ class FlightLog:
         return (entry for entry in self.messages if is_of(entry.sender, vehicle))
 
 
-def read_flight_log(path: str | Path) -> FlightLog:
+def read_message_log(path: str | Path) -> MessageLog:
     """Read the tlog at `path` whole.
 
     Raises:
@@ -83,8 +86,7 @@ def read_flight_log(path: str | Path) -> FlightLog:
                 broken += 1
                 continue
             make_printable(message)
-            sequence = frame[4 if frame[0] == _MARKER_2 else 2]
-            messages.append(Logged(time_s, sender_of(frame), sequence, message, frame))
+            messages.append(Logged(time_s, read_header(frame), message, frame))
     except OSError as error:
         raise UsageError(f"{path}: cannot read: {error.strerror}") from None
     except ValueError as error:
@@ -93,7 +95,7 @@ def read_flight_log(path: str | Path) -> FlightLog:
         remarks.append(f"{error}; using the part before it")
     if not messages:
         raise UsageError(f"{path}: holds no messages")
-    return FlightLog(path, messages, clock.start_us, remarks + clock.remarks + _left_out(messages, broken))
+    return MessageLog(path, messages, clock.start_us, remarks + clock.remarks + _left_out(messages, broken))
 
 
 class _RecorderClock:
@@ -119,7 +121,7 @@ class _RecorderClock:
     @property
     def start_us(self) -> int:
         """When the first frame came, by most of the stamps, in us since 1970 (UTC); 0 if that is no date."""
-        start_us = self._starts.most_common(1)[0][0] if self._starts else 0
+        start_us = max(self._starts, key=self._starts.__getitem__, default=0)
         return start_us if 0 <= start_us < _END_OF_DATES_US else 0
 
     @property
@@ -132,25 +134,8 @@ class _RecorderClock:
                 "jumps removed, all messages used"]
 
 
-def frame_id(frame: bytes) -> int:
-    """The message id in a frame."""
-    return int.from_bytes(frame[7:10], "little") if frame[0] == _MARKER_2 else frame[5]
-
-
-def sender_of(frame: bytes) -> Address:
-    """Who sent a frame."""
-    at = 5 if frame[0] == _MARKER_2 else 3
-    return Address(frame[at], frame[at + 1])
-
-
-def payload(frame: bytes, length: int) -> bytes:
-    """The frame's payload, with the zeros that MAVLink 2 leaves out, `length` bytes in all."""
-    start = 10 if frame[0] == _MARKER_2 else 6
-    return frame[start : start + frame[1]].ljust(length, b"\0")[:length]
-
-
 def _left_out(messages: list[Logged], broken: int) -> list[str]:
-    unknown = Counter(frame_id(entry.frame) for entry in messages if isinstance(entry.message, dialect.MAVLink_unknown))
+    unknown = Counter(entry.header.message for entry in messages if isinstance(entry.message, dialect.MAVLink_unknown))
     remarks = []
     if unknown:
         ids = ", ".join(str(number) for number in sorted(unknown))

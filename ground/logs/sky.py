@@ -1,10 +1,10 @@
 """The sky as the kite's pilot sees it: a flight and its target on the sphere, with lines of azimuth and elevation."""
 
-import math
 from typing import Any
 
 import numpy as np
 
+from kite_analysis.angles import wrap
 from kite_analysis.figure_eight import Array, TargetEight, unit_position
 
 _FLOWN, _TARGET, _LINES, _TEXT = "#1f4e9c", "#d1495b", "#d5d9dd", "#8a9097"
@@ -36,7 +36,8 @@ def draw_sky(axes: Any, azimuth: Array, elevation: Array, eights: list[TargetEig
 def draw_lines(axes: Any, view: "View") -> None:
     """Lines of equal azimuth and elevation with their numbers, where the figure's layout left the axes."""
     limits = axes.get_xlim(), axes.get_ylim()
-    width = min(limits[0][1] - limits[0][0], 2 * (limits[1][1] - limits[1][0]))
+    (left, right), (bottom, top) = limits
+    width = min(right - left, 2 * (top - bottom))
     step = next((step for step in (5, 10, 15, 30) if width / step < 9), 45)
     around = view.azimuth + np.radians(np.linspace(-180.0, 180.0, 721))
     for elevation in range(0, 90, step):
@@ -48,7 +49,7 @@ def draw_lines(axes: Any, view: "View") -> None:
     for azimuth in range(-180 + step, 181, step):
         line = view.project(np.full_like(upwards, np.radians(azimuth)), upwards)
         _add_line(axes, line, 0.7)
-        if abs(math.remainder(np.radians(azimuth) - view.azimuth, math.tau)) < _SIDES:
+        if abs(wrap(np.radians(azimuth) - view.azimuth)) < _SIDES:
             _add_number(axes, line, limits, f"{azimuth}")
     _add_line(axes, view.project(np.array([0.0]), np.array([np.pi / 2])), 0.0)
 
@@ -60,9 +61,9 @@ class View:
         if eight is not None:
             self.azimuth, self.elevation = eight.azimuth, eight.elevation
         else:
-            middle = np.nanmean(unit_position(azimuth, elevation), axis=0)
-            self.azimuth = float(np.arctan2(middle[1], middle[0]))
-            self.elevation = float(np.arctan2(middle[2], np.hypot(middle[0], middle[1])))
+            x, y, z = np.nanmean(unit_position(azimuth, elevation), axis=0)
+            self.azimuth = float(np.arctan2(y, x))
+            self.elevation = float(np.arctan2(z, np.hypot(x, y)))
         self._centre = unit_position(np.array(self.azimuth), np.array(self.elevation))
         self._up = unit_position(np.array(self.azimuth), np.array(self.elevation + np.pi / 2))
         self._right = np.cross(self._centre, self._up)
@@ -87,9 +88,10 @@ def _add_line(axes: Any, line: tuple[Array, Array], width: float) -> None:
 def _add_number(axes: Any, line: tuple[Array, Array], limits: Any, text: str) -> None:
     """The line's number where it comes into sight."""
     right, up = line
-    inset = _MARGIN / 3 * (limits[1][1] - limits[1][0])
-    seen = ((right > limits[0][0] + inset) & (right < limits[0][1] - inset)
-            & (up > limits[1][0] + inset) & (up < limits[1][1] - inset))
+    (least_right, most_right), (lowest, highest) = limits
+    inset = _MARGIN / 3 * (highest - lowest)
+    seen = ((right > least_right + inset) & (right < most_right - inset)
+            & (up > lowest + inset) & (up < highest - inset))
     if seen.any():
         at = int(np.argmax(seen))
         axes.text(right[at], up[at], text, color=_TEXT, fontsize=7, ha="center", va="center", zorder=0.5,

@@ -2,18 +2,19 @@
 
 from pathlib import Path
 
-from ground.link.connection import Address, is_of
+from ground.link.connection import is_of
 from ground.logs.parameters import LoggedParameters
-from ground.logs.reader import FlightLog, Logged, payload
+from ground.logs.reader import Logged, MessageLog
 from ground.logs.ulog_writer import UlogWriter
 from protocol import dialect
+from protocol.frame import Address, payload
 
 _TYPES = {"b": "int8_t", "B": "uint8_t", "h": "int16_t", "H": "uint16_t", "i": "int32_t", "I": "uint32_t",
           "q": "int64_t", "Q": "uint64_t", "f": "float", "d": "double", "c": "char"}
 _SENDER = [("uint8_t", "source_system"), ("uint8_t", "source_component")]
 
 
-def write_ulog(log: FlightLog, vehicle: Address, path: Path) -> int:
+def write_ulog(log: MessageLog, vehicle: Address, path: Path) -> int:
     """Write `log` to `path`, with the parameters and texts of `vehicle`; how many messages that are.
 
     Times are microseconds since the log's first frame came. A MAVLink message's topic has its name in small letters
@@ -37,7 +38,7 @@ def write_ulog(log: FlightLog, vehicle: Address, path: Path) -> int:
     return len(entries)
 
 
-def _define(writer: UlogWriter, log: FlightLog, parameters: LoggedParameters, entries: list[Logged]) -> None:
+def _define(writer: UlogWriter, log: MessageLog, parameters: LoggedParameters, entries: list[Logged]) -> None:
     writer.information("sys_name", "kitepilot")
     writer.information("log_start_utc_us", log.start_us)
     for kind in {type(entry.message): None for entry in entries}:

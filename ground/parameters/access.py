@@ -9,7 +9,7 @@ from ground.parameters.changes import Change, ChangeState
 from ground.parameters.check import CheckedFile
 from ground.parameters.file import write_parameter_file
 from ground.session import Session
-from kite_analysis.console.closest import closest
+from kite_analysis.console.mistakes import closest
 from protocol.contract import CONTRACT_HASH
 from protocol.parameter_table import Parameter, float32
 

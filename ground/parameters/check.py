@@ -4,7 +4,7 @@ from collections.abc import Collection
 from pathlib import Path
 
 from ground.parameters.file import scan_parameter_file
-from kite_analysis.console.closest import closest
+from kite_analysis.console.mistakes import closest
 from protocol.parameter_table import Parameter
 
 Values = dict[str, float]

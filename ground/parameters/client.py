@@ -9,9 +9,8 @@ from collections.abc import Callable, Sequence
 from ground.errors import NoAnswerError, VehicleError
 from ground.link.connection import SILENCE_S, Connection
 from ground.link.framing import Message
-from ground.parameters.changes import Change, ChangeState, Told, count_states, refuses
+from ground.parameters.changes import Change, ChangeState, Table, Told, count_states, explain, refuses
 from ground.parameters.listing import Listing, Progress
-from ground.parameters.refusals import Table, explain
 from ground.parameters.writer import ParameterWriter
 from protocol import dialect
 from protocol.parameter_table import float32, load_parameters

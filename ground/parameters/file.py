@@ -133,7 +133,7 @@ def _parse_line(line: str) -> tuple[str, float] | None:
         return None
     columns = content.split("\t")
     if len(columns) == 5:
-        name, number = columns[2].strip(), columns[3].strip()
+        _system, _component, name, number, _type = (column.strip() for column in columns)
     else:
         words = content.replace(",", " ").split()
         if len(words) != 2:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ground.errors import NoAnswerError, UsageError
+from ground.link.connection import VehicleClock
 from ground.parameters.file import ParameterFileError, scan_parameter_file, write_parameter_file
 from ground.parameters.listing import Progress
 from ground.session import Session
@@ -108,16 +109,15 @@ class SnapshotKeeper:
         connection.wait_until(lambda: connection.vehicle_clock is not None, _UPTIME_WAIT_S)
         if connection.vehicle_clock is None:
             return None
-        uptime_s, heard_s = connection.vehicle_clock
-        return uptime_s + connection.clock() - heard_s
+        return connection.vehicle_clock.uptime_s + connection.clock() - connection.vehicle_clock.heard_s
 
     def _runs_fast(self) -> bool:
         """Whether the vehicle's time passes faster than ours: it is simulated."""
         connection = self._session.connection
-        first = connection.vehicle_clock or (0.0, 0.0)
-        connection.wait_until(lambda: (connection.vehicle_clock or first)[1] > first[1] + 0.9, _UPTIME_WAIT_S)
+        first = connection.vehicle_clock or VehicleClock(0.0, 0.0)
+        connection.wait_until(lambda: (connection.vehicle_clock or first).heard_s > first.heard_s + 0.9, _UPTIME_WAIT_S)
         last = connection.vehicle_clock or first
-        return last[0] - first[0] > _FAST * (last[1] - first[1])
+        return last.uptime_s - first.uptime_s > _FAST * (last.heard_s - first.heard_s)
 
     def _write(self, values: dict[str, float], complete: bool, earlier: Snapshot | None = None) -> None:
         taken_s, uptime_s = (earlier.taken_s, earlier.uptime_s) if earlier else (self._now(), self._uptime() or 0.0)

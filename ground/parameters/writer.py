@@ -4,8 +4,7 @@ from collections.abc import Sequence
 
 from ground.link.connection import SILENCE_S, Connection
 from ground.link.framing import Message
-from ground.parameters.changes import RENAMING, Change, ChangeState, Setting, Told
-from ground.parameters.refusals import Table
+from ground.parameters.changes import RENAMING, Change, ChangeState, Setting, Table, Told
 
 AT_ONCE = 8  # under way at a time: a slow link stays free for telemetry, a slow answer holds nobody else up
 

@@ -8,11 +8,11 @@ from bisect import bisect_right
 from collections.abc import Callable
 from typing import Any
 
-from ground.link.connection import Address
 from ground.link.framing import Message, Received
 from ground.logs.parameters import LoggedParameters
-from ground.logs.reader import FlightLog, Logged, frame_id
+from ground.logs.reader import Logged, MessageLog
 from protocol import dialect
+from protocol.frame import Address
 
 _Answer = Message | bytes
 _MISSION_REQUEST_LIST, _FILE_TRANSFER_PROTOCOL = 43, 110
@@ -25,13 +25,13 @@ _NO_COMMANDS = b"replay: a flight of the past takes no command"
 class ReplayAnswers:
     """Answers requests for one vehicle of `log`. `parameters` are what the log tells of them."""
 
-    def __init__(self, log: FlightLog, vehicle: Address, parameters: LoggedParameters) -> None:
+    def __init__(self, log: MessageLog, vehicle: Address, parameters: LoggedParameters) -> None:
         self.vehicle = vehicle
         self._parameters = parameters
         self._packer = dialect.MAVLink(None, vehicle.system, vehicle.component)
         self._entries: dict[int, list[Logged]] = {}
         for entry in log.of(vehicle):
-            self._entries.setdefault(frame_id(entry.frame), []).append(entry)
+            self._entries.setdefault(entry.header.message, []).append(entry)
         self._clock = [(entry.time_s, entry.message.tc1) for entry in log.of(vehicle)
                        if isinstance(entry.message, dialect.MAVLink_timesync_message) and entry.message.tc1]
         self._handlers: dict[int, Callable[[Any, Address, float], list[_Answer]]] = {
@@ -51,15 +51,15 @@ class ReplayAnswers:
         Their sequence numbers mean nothing.
         """
         message = request.message
-        handler = self._handlers.get(frame_id(request.frame))
-        if handler is None or request.system == self.vehicle.system:
+        handler = self._handlers.get(request.header.message)
+        if handler is None or request.header.sender.system == self.vehicle.system:
             return []
         if isinstance(message, dialect.MAVLink_unknown):
             message = _decode_with_the_standard(request.frame)
         system, component = getattr(message, "target_system", 0), getattr(message, "target_component", 0)
         if message is None or system not in (0, self.vehicle.system) or component not in (0, self.vehicle.component):
             return []
-        answers = handler(message, Address(request.system, request.component), position_s)
+        answers = handler(message, request.header.sender, position_s)
         return [answer if isinstance(answer, bytes) else answer.pack(self._packer) for answer in answers]
 
     def rewritten(self, entry: Logged) -> Logged:
@@ -71,7 +71,7 @@ class ReplayAnswers:
         message = entry.message
         if self._parameters.complete or not isinstance(message, dialect.MAVLink_param_value_message):
             return entry
-        self._packer.seq = entry.sequence
+        self._packer.seq = entry.header.sequence
         frame = self._value(message.param_id, message.param_value).pack(self._packer)
         return entry._replace(frame=frame)
 

@@ -10,7 +10,8 @@ from typing import TextIO
 
 from ground.link.links import Clock
 from ground.replay.player import Replay
-from ground.vehicle.state import is_armed, mode_name
+from ground.vehicle.state import is_armed
+from protocol.modes import mode_name
 
 _LOOK_S = 0.1
 _SHOW_EVERY_S = 0.25

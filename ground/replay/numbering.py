@@ -1,8 +1,7 @@
 """Sequence numbers of a replay: what was lost in the recording stays missing, and nothing else is."""
 
 from protocol import dialect
-
-_SIGNED = 0x01
+from protocol.frame import read_header, with_sequence
 
 
 class Numbering:
@@ -15,7 +14,7 @@ class Numbering:
 
     def recorded(self, frame: bytes) -> bytes:
         """A frame of the recording, as it is to be sent."""
-        sequence = frame[_place(frame)]
+        sequence = read_header(frame).sequence
         if self._fresh and self._next is not None:
             self._shift = self._next - sequence
         self._fresh = False
@@ -46,17 +45,10 @@ def renumbered(frame: bytes, sequence: int) -> bytes:
     The checksum is linear: what the new number changes in it is the same whatever the message's CRC extra, so that
     frames of unknown kinds can be changed too.
     """
-    version_2 = frame[0] == dialect.PROTOCOL_MARKER_V2
-    if version_2 and frame[2] & _SIGNED:
+    header = read_header(frame)
+    if header.signed:
         return frame
-    end = len(frame) - 2
-    changed = bytearray(frame)
-    changed[_place(frame)] = sequence
-    old, new = (dialect.x25crc(bytes(text[1:end]) + b"\0").crc for text in (frame, changed))
+    changed, end = with_sequence(frame, sequence), header.payload_end
+    old, new = (dialect.x25crc(text[1:end] + b"\0").crc for text in (frame, changed))
     checksum = int.from_bytes(frame[end:], "little") ^ old ^ new
-    return bytes(changed[:end]) + checksum.to_bytes(2, "little")
-
-
-def _place(frame: bytes) -> int:
-    """Where the sequence number stands."""
-    return 4 if frame[0] == dialect.PROTOCOL_MARKER_V2 else 2
+    return changed[:end] + checksum.to_bytes(2, "little")

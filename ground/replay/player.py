@@ -2,14 +2,14 @@
 
 from bisect import bisect_left
 
-from ground.link.connection import Address
 from ground.link.framing import FrameReader, Received
 from ground.link.links import Clock
 from ground.link.transports import Transport
 from ground.logs.parameters import LoggedParameters
-from ground.logs.reader import FlightLog, Heartbeat, Logged, frame_id, sender_of
+from ground.logs.reader import Heartbeat, Logged, MessageLog
 from ground.replay.answers import ReplayAnswers
 from ground.replay.numbering import Numbering
+from protocol.frame import Address, read_header
 
 _ANSWERS = {  # of ids: what a vehicle said to somebody else, which a ground station of today would take for its own
     4: "PING", 44: "MISSION_COUNT", 47: "MISSION_ACK", 77: "COMMAND_ACK", 110: "FILE_TRANSFER_PROTOCOL",
@@ -25,7 +25,7 @@ class Replay:
     Answers to others that the log holds, and frames of ground stations, are left out. Everything happens in `poll`.
     """
 
-    def __init__(self, log: FlightLog, transport: Transport, clock: Clock, speed: float = 1.0, from_s: float = 0.0,
+    def __init__(self, log: MessageLog, transport: Transport, clock: Clock, speed: float = 1.0, from_s: float = 0.0,
                  to_s: float | None = None, loop: bool = False) -> None:
         self.from_s, self.to_s = from_s, log.duration_s if to_s is None else min(to_s, log.duration_s)
         self.loop = loop
@@ -104,7 +104,7 @@ class Replay:
             if entry.time_s > position_s:
                 return
             self._next += 1
-            if frame_id(entry.frame) in _ANSWERS:
+            if entry.header.message in _ANSWERS:
                 self._numbering[entry.sender].left_out()
                 continue
             self._transport.send(self._numbering[entry.sender].recorded(entry.frame))
@@ -146,5 +146,5 @@ class Replay:
             frames = answers.answer(request, self.position_s)
             self.answered += bool(frames)
             for frame in frames:
-                numbering = self._numbering.get(sender_of(frame)) or self._numbering[vehicle]
+                numbering = self._numbering.get(read_header(frame).sender) or self._numbering[vehicle]
                 self._transport.send(numbering.added(frame))

@@ -1,14 +1,11 @@
 """Identifies the kite that flies: K, gravity and the loop's delay from live telemetry, and settings that suit them."""
 
 import math
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from ground.errors import UsageError
-from ground.logs.recorder import Recorder
 from ground.session import Session
 from ground.tuning.in_flight import TuningFlight
 from ground.tuning.loop_delay import LoopDelay, measure_loop_delay
@@ -47,22 +44,19 @@ def identify_in_flight(session: Session, history: StateHistory, seconds: float, 
         NoAnswerError: the kite fell silent.
     """
     from kite_analysis.flights.columns import FlightDataError  # noqa: PLC0415
-    from kite_analysis.flights.tlog_record import read_tlog_record  # noqa: PLC0415
+    from kite_analysis.flights.telemetry import for_identification  # noqa: PLC0415
     from kite_analysis.identification.actuator_fit import identify_actuator  # noqa: PLC0415  (numpy, and slow to load)
     from kite_analysis.identification.turning_rate_fit import identify_law  # noqa: PLC0415
 
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "flight.tlog"
-        with _every_state(session, loop_hz), Recorder(session.connection, path, 0.0):
-            TuningFlight(session, history).fly(seconds)
-        try:
-            record = read_tlog_record(path, on_the_sensors_clock=True)
-            law, actuator = identify_law(record), identify_actuator(record)
-        except FlightDataError as error:
-            reason = str(error).removeprefix(f"{path}: ")
-            raise UsageError(f"not identified: {reason}; fly eights in TRACK, or measure longer (--seconds "
-                             "60)") from error
-    loop = measure_loop_delay(history.arrays(seconds))
+    with _every_state(session, loop_hz):
+        TuningFlight(session, history).fly(seconds)
+    flight = history.record(seconds)
+    try:
+        record = for_identification(flight, on_the_sensors_clock=True)
+        law, actuator = identify_law(record), identify_actuator(record)
+    except FlightDataError as error:
+        raise UsageError(f"not identified: {error}; fly eights in TRACK, or measure longer (--seconds 60)") from error
+    loop = measure_loop_delay(flight)
     delay_s = _dead_time(loop, actuator.dead_time_s, 0.5 / loop_hz)
     return Identified(law, actuator, loop.sample_age_s, delay_s, actuator.dead_time_s_std)
 
@@ -82,25 +76,21 @@ def _dead_time(loop: LoopDelay, sampled_s: float, half_s: float) -> float:
 
 
 def propose(found: Identified, speed_over_length: float, loop_hz: float, table: dict[str, Parameter]
-            ) -> tuple[dict[str, float], dict[str, float]]:
-    """The kite's constants with the predictor's settings, and then gains that suit them (docs/delay.md, Prediction).
+            ) -> dict[str, float]:
+    """The kite's constants with the predictor's settings, and after them gains that suit (docs/delay.md, Prediction).
 
     P = 1 / (e tau') and L = 1 / (4 w (tau' + 0.1 / rate limit)), for what remains in the loop: an error of a quarter of
     the delay, tau' = tau / 4 + T / 2. `speed_over_length` w [1/s]. Values stay within the parameters' limits.
     """
     rate = found.actuator.rate_limit_per_s
     rest_s = _WRONG_DELAY * found.delay_s + 0.5 / loop_hz
-    kite = {
+    values = {
         "TURN_K": found.law.k_rad_per_m, "GRAVITY_C": found.law.gravity_m_s2, "TURN_OFFSET": found.law.offset_rad_s,
         "PRED_DELAY": found.delay_s, "PRED_RATE": rate or 0.0, "PRED_SAT": found.actuator.saturation or 0.0,
-    }
-    gains = {
         "FF_GAIN": 1.0, "INNER_P": 1.0 / (math.e * rest_s),
         "OUTER_L": 1.0 / (4.0 * speed_over_length * (rest_s + (_RATE_SLACK / rate if rate else 0.0))),
     }
-    kite, gains = ({name: table[name].nearest(value) for name, value in values.items()}
-                   for values in (kite, gains))
-    return kite, gains
+    return {name: table[name].nearest(value) for name, value in values.items()}
 
 
 @contextmanager

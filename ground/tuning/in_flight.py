@@ -11,12 +11,13 @@ from ground.session import Session
 from ground.tuning.loop_delay import LoopDelay, Slewing, measure_loop_delay
 from ground.tuning.trial import Trial
 from ground.vehicle.history import StateHistory
-from ground.vehicle.state import mode_name
+from kite_analysis.angles import wrap
 from protocol import dialect
+from protocol.modes import mode_name
 from protocol.parameter_table import float32
 
 if TYPE_CHECKING:
-    import numpy as np
+    from kite_analysis.flights.record import FlightRecord
 
 DELAY_MEASURE_S = 20.0
 _TIMING_PERIOD_S = 0.2
@@ -80,12 +81,12 @@ class TuningFlight:
         finally:
             connection.timing_period_s = usual_s
         now_s = connection.clock()
-        return DelayReport(measure_loop_delay(self._history.arrays(seconds), actuator),
+        return DelayReport(measure_loop_delay(self._history.record(seconds), actuator),
                            connection.round_trip.summary(now_s, now_s - started_s))
 
     def effect(self, seconds: float) -> Effect:
         """The errors over the last `seconds` [s] of the flight."""
-        return measure_effect(self._history.arrays(seconds))
+        return measure_effect(self._history.record(seconds))
 
     def look(self, seconds: float) -> Effect:
         """The errors over the next `seconds` [s]. Raises as `fly`."""
@@ -164,11 +165,11 @@ class TuningFlight:
 
     def _period(self, told: Told) -> float:
         """How long an eight takes [s]."""
-        period_s = eight_period(self._history.arrays())
+        period_s = eight_period(self._history.record())
         if period_s is None:
             told("watching the eight")
             self.fly(_LEAST_S)
-            period_s = eight_period(self._history.arrays(_LEAST_S))
+            period_s = eight_period(self._history.record(_LEAST_S))
         if period_s is None:
             raise UsageError("the kite is not flying its eight: nothing to measure")
         return period_s
@@ -180,23 +181,23 @@ class TuningFlight:
             or now.cross_track_rad > max(_STRAYED_RAD, _DIVERGED_FACTOR * before.cross_track_rad))
 
 
-def measure_effect(states: "dict[str, np.ndarray]") -> Effect:
-    """RMS errors over columns of a StateHistory, each (n,)."""
+def measure_effect(flight: "FlightRecord") -> Effect:
+    """RMS errors over the whole of `flight`."""
     import numpy as np  # noqa: PLC0415
 
-    error = (states["course"] - states["target_course"] + np.pi) % (2.0 * np.pi) - np.pi
-    seconds = float(states["time_s"][-1] - states["time_s"][0]) if len(error) else 0.0
-    if not len(error):
+    if not len(flight.time_s):
         return Effect(math.nan, math.nan, 0.0)
-    return Effect(float(np.sqrt(np.mean(states["cross_track"] ** 2))), float(np.sqrt(np.mean(error**2))), seconds)
+    error = wrap(flight.course - flight.target_course)
+    return Effect(float(np.sqrt(np.mean(flight.cross_track**2))), float(np.sqrt(np.mean(error**2))),
+                  float(np.ptp(flight.time_s)))
 
 
-def eight_period(states: "dict[str, np.ndarray]") -> float | None:
+def eight_period(flight: "FlightRecord") -> float | None:
     """How long an eight takes [s], from the path parameter's progress over at least a few seconds; None if unknown."""
     import numpy as np  # noqa: PLC0415
 
-    tracking = states["mode"] == dialect.KITE_MODE_TRACK
-    time_s, path = states["time_s"][tracking], np.unwrap(states["path_parameter"][tracking])
+    tracking = flight.mode == dialect.KITE_MODE_TRACK
+    time_s, path = flight.time_s[tracking], np.unwrap(flight.path_parameter[tracking])
     if len(time_s) < 2 or time_s[-1] - time_s[0] < 0.5 * _LEAST_S:
         return None
     rate = abs(path[-1] - path[0]) / (time_s[-1] - time_s[0])

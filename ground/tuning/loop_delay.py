@@ -13,10 +13,13 @@ heading, where it is measured, takes the course's place, as wind turns the one a
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from kite_analysis.angles import wrap
 from protocol import dialect
 
 if TYPE_CHECKING:
     import numpy as np
+
+    from kite_analysis.flights.record import FlightRecord
 
 GREATEST_S = 1.5
 _STEP_S = 0.01
@@ -24,7 +27,6 @@ _LONGEST_GAP_S = 0.25  # between states: more is lost, not slow
 _LEAST_STATES = 100
 _LEAST_FIT = 0.5
 _PLAUSIBLE_AGE_S = 2.0
-_CLOCK_WRAP_S = (1 << 30) * 1e-6
 _SAME_SAMPLE_S = 1e-4
 
 
@@ -57,35 +59,35 @@ class LoopDelay(NamedTuple):
         return self.whole_s - self.sample_age_s
 
 
-def measure_loop_delay(states: "dict[str, np.ndarray]", actuator: Slewing = Slewing()) -> LoopDelay:  # noqa: B008
-    """The delay in the loop from columns of a StateHistory, each (n,), of one stretch of flight in PARK or TRACK."""
+def measure_loop_delay(flight: "FlightRecord", actuator: Slewing = Slewing()) -> LoopDelay:  # noqa: B008
+    """The delay in the loop from one stretch of flight in PARK or TRACK, as of `record_of_states`."""
     import numpy as np  # noqa: PLC0415
 
-    count = len(states["time_s"])
-    age = states["sample_age_s"]
+    count = len(flight.time_s)
+    age = flight.sample_age_s
     age_s, low_s, high_s = (float(np.quantile(age, q)) for q in (0.5, 0.05, 0.95)) if count else (-1.0, 0.0, 0.0)
-    whole_s, fit = _fit(states, actuator) if count >= _LEAST_STATES else (None, 0.0)
+    whole_s, fit = _fit(flight, actuator) if count >= _LEAST_STATES else (None, 0.0)
     greatest_s = _PLAUSIBLE_AGE_S if whole_s is None else whole_s + _STEP_S  # beyond, two clocks just look alike
     known = 0.0 <= age_s <= greatest_s
     return LoopDelay(whole_s, fit, age_s if known else None, low_s, high_s, count)
 
 
-def _fit(states: "dict[str, np.ndarray]", actuator: Slewing) -> tuple[float | None, float]:
+def _fit(flight: "FlightRecord", actuator: Slewing) -> tuple[float | None, float]:
     """The dead time [s] with which the steering explains the turning best, or None; and the share that it explains."""
     import numpy as np  # noqa: PLC0415
 
-    time_s = states["time_s"]
+    time_s = flight.time_s
     tick_s = np.diff(time_s)
-    pull = states["airspeed"] * _slewed(states["steering_asked"], tick_s, actuator)
+    pull = flight.airspeed * _slewed(flight.set_steering, tick_s, actuator)
     between = 0.5 * np.diff(pull) * (tick_s - np.min(tick_s, initial=GREATEST_S))  # where states are lost on the way
     integral = np.concatenate(([0.0], np.cumsum(pull[:-1] * tick_s + between)))
-    sampled_s, states = _samples(states)
+    sampled_s, samples = _samples(flight)
     step_s = np.diff(sampled_s)
-    swung = np.sin(states["elevation"][:-1]) * _wrapped(np.diff(states["azimuth"]))  # the frame turns along the way
-    headed = bool(np.all(states["valid"].astype(int) & dialect.KITE_VALID_HEADING))
-    turned = _wrapped(np.diff(states["heading" if headed and actuator != Slewing() else "course"])) + swung
+    swung = np.sin(samples.elevation[:-1]) * wrap(np.diff(samples.azimuth))  # the frame turns along the way
+    headed = bool(np.all(samples.further["valid"].astype(int) & dialect.KITE_VALID_HEADING))
+    turned = wrap(np.diff(samples.heading if headed and actuator != Slewing() else samples.course)) + swung
     good = (step_s > 0.0) & (step_s < _LONGEST_GAP_S) & (sampled_s[:-1] > time_s[0] + GREATEST_S)
-    weight = np.sin(states["heading"]) * np.cos(states["elevation"]) / np.maximum(states["airspeed"], 1.0)
+    weight = np.sin(samples.heading) * np.cos(samples.elevation) / np.maximum(samples.airspeed, 1.0)
     known = np.stack([step_s, weight[:-1] * step_s], axis=1)[good]
     if np.count_nonzero(good) < _LEAST_STATES:
         return None, 0.0
@@ -107,7 +109,7 @@ def _fit(states: "dict[str, np.ndarray]", actuator: Slewing) -> tuple[float | No
     return _between(delays, left, best), fit
 
 
-def _samples(states: "dict[str, np.ndarray]") -> "tuple[np.ndarray, dict[str, np.ndarray]]":
+def _samples(flight: "FlightRecord") -> "tuple[np.ndarray, FlightRecord]":
     """The rows with a new sample, and when it would have been seen at its usual age [s].
 
     A firmware on a clock of its own sees some samples twice and others late: what turned between two ticks is then not
@@ -115,10 +117,9 @@ def _samples(states: "dict[str, np.ndarray]") -> "tuple[np.ndarray, dict[str, np
     """
     import numpy as np  # noqa: PLC0415
 
-    age_s = np.unwrap(states["sample_age_s"], period=_CLOCK_WRAP_S)
-    sampled_s = states["time_s"] - (age_s - np.median(age_s))
+    sampled_s = flight.time_s - (flight.sample_age_s - np.median(flight.sample_age_s))
     new = np.concatenate([[True], np.diff(np.maximum.accumulate(sampled_s)) > _SAME_SAMPLE_S])
-    return sampled_s[new], {name: values[new] for name, values in states.items()}
+    return sampled_s[new], flight.rows(new)
 
 
 def _slewed(asked: Any, step_s: Any, actuator: Slewing) -> Any:
@@ -144,7 +145,7 @@ def _residual(columns: Any, target: Any) -> tuple[Any, float]:
     """What of `target` (n,) the `columns` (n, m) leave unexplained, and the factor of the first one."""
     import numpy as np  # noqa: PLC0415
 
-    factors = np.linalg.lstsq(columns, target, rcond=None)[0]
+    factors, *_ = np.linalg.lstsq(columns, target, rcond=None)
     return target - columns @ factors, float(factors[0])
 
 
@@ -156,9 +157,3 @@ def _between(delays: Any, left: Any, best: int) -> float:
     bend = before - 2.0 * at + after
     shift = 0.5 * (before - after) / bend if bend > 0.0 else 0.0
     return float(delays[best]) + _STEP_S * shift
-
-
-def _wrapped(angle: Any) -> Any:
-    import numpy as np  # noqa: PLC0415
-
-    return (angle + np.pi) % (2.0 * np.pi) - np.pi

@@ -5,8 +5,9 @@ from collections.abc import Callable
 from ground.errors import NoAnswerError, VehicleError
 from ground.link.connection import GROUND_SYSTEM, SILENCE_S, Connection
 from ground.link.framing import Message
-from ground.vehicle.state import is_armed, mode_name
+from ground.vehicle.state import is_armed
 from protocol import dialect
+from protocol.modes import mode_name
 
 ATTEMPTS = 20
 LEAST_INTERVAL_S = 0.5  # heartbeats come once a second; asking much faster than that says nothing new

@@ -7,10 +7,13 @@ that froze, say nothing about the gains. Only after these are ruled out is an os
 import math
 from collections import deque
 from itertools import pairwise
+from typing import NamedTuple
 
-from ground.link.framing import Message, frame_sequence
+from ground.link.framing import Message
 from ground.session import Session
+from kite_analysis.angles import wrap
 from protocol import dialect
+from protocol.frame import read_header
 
 SILENT_S = 3.0  # where messages are rare,
 _LEAST_SILENT_S, _MISSED = 1.0, 10  # and where they come often: so many in a row do not come
@@ -26,14 +29,28 @@ _SWINGS_RAD = math.radians(60.0)
 _FEW = 20  # states in a window
 
 
+class _State(NamedTuple):
+    """A state, and when it came [s]."""
+
+    time_s: float
+    told: dialect.MAVLink_kite_state_message
+
+
+class _Stand(NamedTuple):
+    """When the firmware went on again [s], and for how long it had not [s]."""
+
+    ended_s: float
+    seconds: float
+
+
 class Advisor:
     """Listens to the session's vehicle, and has `warnings`."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
-        self._states: deque[tuple[float, dialect.MAVLink_kite_state_message]] = deque()
+        self._states: deque[_State] = deque()
         self._sequence = 0
-        self._stood: tuple[float, float] | None = None  # when the firmware went on again, and for how long it had not
+        self._stood: _Stand | None = None
         session.connection.add_observer(self._observe)
 
     def warnings(self) -> list[str]:
@@ -49,9 +66,9 @@ class Advisor:
 
     def _observe(self, time_s: float, message: Message, frame: bytes) -> None:
         if isinstance(message, dialect.MAVLink_kite_state_message):
-            self._look_for_a_stand(time_s, message, frame_sequence(frame))
-            self._states.append((time_s, message))
-            while self._states[0][0] < time_s - _WINDOW_S:
+            self._look_for_a_stand(time_s, message, read_header(frame).sequence)
+            self._states.append(_State(time_s, message))
+            while self._states[0].time_s < time_s - _WINDOW_S:
                 self._states.popleft()
 
     def _look_for_a_stand(self, time_s: float, message: dialect.MAVLink_kite_state_message, sequence: int) -> None:
@@ -60,33 +77,32 @@ class Advisor:
         self._sequence = sequence
         if not self._states:
             return
-        gap_s = time_s - self._states[-1][0]
+        gap_s = time_s - self._states[-1].time_s
         if gap_s > max(_STOOD_S, _MISSED * self._usual_s()) and sent <= _AT_ONCE:
-            self._stood = time_s, gap_s
+            self._stood = _Stand(time_s, gap_s)
 
     def _usual_s(self) -> float:
         """The time from one state to the next [s], as it mostly is."""
-        steps_s = sorted(later - earlier for (earlier, _), (later, _) in pairwise(self._states))
+        steps_s = sorted(later.time_s - earlier.time_s for earlier, later in pairwise(self._states))
         return steps_s[len(steps_s) // 2] if steps_s else 0.0
 
     def _stood_still(self) -> str | None:
-        if self._stood is None or self._session.connection.clock() - self._stood[0] > _WINDOW_S:
+        if self._stood is None or self._session.connection.clock() - self._stood.ended_s > _WINDOW_S:
             return None
-        return (f"the firmware stopped for {self._stood[1]:.1f} s and the kite was not steered: "
+        return (f"the firmware stopped for {self._stood.seconds:.1f} s and the kite was not steered: "
                 "PARK it, and check the board's power and load")
 
     def _frozen(self) -> str | None:
         """States come, and say the same over and over, in flight."""
-        flying = [(time_s, (state.sample_time_us, state.azimuth, state.elevation))
-                  for time_s, state in self._states if state.mode != dialect.KITE_MODE_STANDBY]
+        flying = [state for state in self._states if state.told.mode != dialect.KITE_MODE_STANDBY]
         if len(flying) < _FEW:
             return None
-        newest_s, newest = flying[-1]
-        since_s = next((time_s for time_s, told in reversed(flying)
-                        if told[0] != newest[0] and told[1:] != newest[1:]), flying[0][0])
-        if newest_s - since_s < _FROZEN_S:
+        newest = flying[-1]
+        since = next((state for state in reversed(flying) if _has_moved(state.told, newest.told)), flying[0])
+        frozen_s = newest.time_s - since.time_s
+        if frozen_s < _FROZEN_S:
             return None
-        return (f"position frozen for {newest_s - since_s:.0f} s while messages arrive: "
+        return (f"position frozen for {frozen_s:.0f} s while messages arrive: "
                 "check the sensors and their link, and fly by hand")
 
     def _silence(self) -> str | None:
@@ -114,7 +130,7 @@ class Advisor:
         return "samples are stale and steering is neutral: check the sensors and their link"
 
     def _swinging(self) -> str | None:
-        errors = [math.remainder(state.course - state.target_course, math.tau) for state in self._recent()
+        errors = [wrap(state.course - state.target_course) for state in self._recent()
                   if state.mode == dialect.KITE_MODE_TRACK]
         if len(errors) < _FEW or math.sqrt(math.fsum(error**2 for error in errors) / len(errors)) < _SWINGS_RAD:
             return None
@@ -128,7 +144,7 @@ class Advisor:
         return f"{loss:.0%} of the messages are lost: move closer, turn the antenna, or lower STATE_HZ"
 
     def _overruns(self) -> str | None:
-        if not self._states or (grown := self._states[-1][1].overruns - self._states[0][1].overruns) <= 0:
+        if not self._states or (grown := self._states[-1].told.overruns - self._states[0].told.overruns) <= 0:
             return None
         return f"overruns: {grown} in the last 10 s; lower STATE_HZ, or LOOP_HZ while disarmed"
 
@@ -156,7 +172,10 @@ class Advisor:
         return None
 
     def _dropped(self) -> str | None:
-        if not self._states or (grown := self._states[-1][1].samples_dropped - self._states[0][1].samples_dropped) <= 0:
+        if not self._states:
+            return None
+        grown = self._states[-1].told.samples_dropped - self._states[0].told.samples_dropped
+        if grown <= 0:
             return None
         return f"implausible samples dropped: {grown} in the last 10 s; check the sensors"
 
@@ -170,8 +189,14 @@ class Advisor:
         return f"another vehicle is heard, system {min(others)}: choose one with --system"
 
     def _status(self, flag: int) -> bool:
-        return bool(self._states and self._states[-1][1].status & flag)
+        return bool(self._states and self._states[-1].told.status & flag)
 
     def _recent(self) -> list[dialect.MAVLink_kite_state_message]:
         now_s = self._session.connection.clock()
-        return [state for time_s, state in self._states if time_s >= now_s - _RECENT_S]
+        return [state.told for state in self._states if state.time_s >= now_s - _RECENT_S]
+
+
+def _has_moved(earlier: dialect.MAVLink_kite_state_message, later: dialect.MAVLink_kite_state_message) -> bool:
+    """Whether `later` tells of another sample, and that of another place."""
+    return (earlier.sample_time_us != later.sample_time_us
+            and (earlier.azimuth, earlier.elevation) != (later.azimuth, later.elevation))

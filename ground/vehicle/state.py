@@ -5,12 +5,8 @@ from typing import NamedTuple
 
 from ground.link.framing import Message
 from protocol import dialect
+from protocol.modes import mode_name
 
-MODE_NAMES = {
-    value: entry.name.removeprefix("KITE_MODE_")
-    for value, entry in dialect.enums["KITE_MODE"].items()
-    if value != dialect.KITE_MODE_ENUM_END
-}
 SEVERITY_NAMES = {
     value: entry.name.removeprefix("MAV_SEVERITY_").lower() for value, entry in dialect.enums["MAV_SEVERITY"].items()
 }
@@ -64,8 +60,3 @@ class VehicleState:
 def is_armed(heartbeat: dialect.MAVLink_heartbeat_message) -> bool:
     """Whether this heartbeat's vehicle is armed."""
     return bool(heartbeat.base_mode & dialect.MAV_MODE_FLAG_SAFETY_ARMED)
-
-
-def mode_name(mode: int) -> str:
-    """What a person calls this mode."""
-    return MODE_NAMES.get(mode, f"mode {mode}")

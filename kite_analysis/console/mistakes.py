@@ -1,10 +1,9 @@
 """How the command lines answer a mistake: in one line, with a suggestion."""
 
 import argparse
-from collections.abc import Iterator
+import difflib
+from collections.abc import Iterable, Iterator
 from typing import Any, NoReturn
-
-from kite_analysis.console.closest import closest
 
 
 class Parser(argparse.ArgumentParser):
@@ -51,3 +50,9 @@ class Parser(argparse.ArgumentParser):
         for action in self._actions:
             if isinstance(action, argparse._SubParsersAction) and (name := getattr(parsed, action.dest, None)):
                 yield from action.choices[name]._path(parsed)
+
+
+def closest(word: str, known: Iterable[str]) -> str:
+    """A half sentence that suggests the known word closest to `word`, or nothing."""
+    near = difflib.get_close_matches(word, list(known), n=1, cutoff=0.5)
+    return f"; did you mean {near[0]}?" if near else ""

@@ -79,7 +79,8 @@ def _levels(most: float) -> Any:
 
 def _mark(axes: Any, gains: Gains, marker: str, colour: str, label: str, size: float) -> None:
     """Mark a pair, on the edge if it lies beyond."""
-    p, outer_l = min(gains.inner_p, axes.get_xlim()[1]), min(gains.outer_l, axes.get_ylim()[1])
+    (_, most_p), (_, most_l) = axes.get_xlim(), axes.get_ylim()
+    p, outer_l = min(gains.inner_p, most_p), min(gains.outer_l, most_l)
     axes.plot(p, outer_l, marker, color=colour, mec="white", mew=1.0, ms=size, ls="none",
               label=f"{label}: P = {gains.inner_p:.3g}, L = {gains.outer_l:.3g}", clip_on=False, zorder=3)
 

@@ -1,6 +1,7 @@
 """Checks of a flight's table before anything is fitted to it: increasing times, plausible units."""
 
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,19 +16,24 @@ _LONGEST_PERIOD_S = 0.5  # of rows: from there on turns are flattened, and lags 
 _MOST = {"elevation": (1.6, "rad"), "azimuth": (6.3, "rad"), "steering": (2.0, "of the range"),
          "set_steering": (2.0, "of the range"), "airspeed": (150.0, "m/s")}
 
-Rows = list[tuple[int, list[str]]]
+
+class Row(NamedTuple):
+    """A row of a file: its line, counted from 1, and its fields."""
+
+    line: int
+    fields: list[str]
 
 
-def check_times(time_s: Array, names: list[str], rows: Rows, column: Column, path: Path) -> None:
-    """Raises FlightDataError if times [s] (n,) of `rows` (line, fields) are missing, do not increase, or jump far."""
+def check_times(time_s: Array, names: list[str], rows: list[Row], column: Column, path: Path) -> None:
+    """Raises FlightDataError if times [s] (n,) of `rows` are missing, do not increase, or jump far."""
     unknown = np.flatnonzero(~np.isfinite(time_s))
     if len(unknown):
-        raise FlightDataError(f"{path}: line {rows[int(unknown[0])][0]}: no time")
+        raise FlightDataError(f"{path}: line {rows[int(unknown[0])].line}: no time")
     steps = np.diff(time_s)
     if np.any(steps < 0.0):
-        raise FlightDataError(f"{path}: time goes back in line {rows[int(np.argmax(steps < 0.0)) + 1][0]}")
+        raise FlightDataError(f"{path}: time goes back in line {rows[int(np.argmax(steps < 0.0)) + 1].line}")
     if np.any(steps == 0.0):
-        line, share = rows[int(np.argmax(steps == 0.0)) + 1][0], float(np.mean(steps == 0.0))
+        line, share = rows[int(np.argmax(steps == 0.0)) + 1].line, float(np.mean(steps == 0.0))
         if share < _COARSE:
             raise FlightDataError(f"{path}: line {line} has the time of the line before; keep only one")
         raise FlightDataError(f"{path}: time stands still in line {line} and in {share:.0%} of the rows: "
@@ -63,10 +69,10 @@ def check_units(values: dict[str, Array], path: Path) -> None:
                                   "is its unit in the columns' description right?")
 
 
-def _remedy(time_s: Array, names: list[str], rows: Rows, column: Column) -> str:
+def _remedy(time_s: Array, names: list[str], rows: list[Row], column: Column) -> str:
     """What to do about times that are repeated."""
     again = np.flatnonzero(np.diff(time_s) == 0.0)
-    if all(rows[k][1] == rows[k + 1][1] for k in again):
+    if all(rows[k].fields == rows[k + 1].fields for k in again):
         return "these rows are exact copies of the previous ones; drop them"
     name = _fraction_column(time_s, names, rows)
     looks = f"column {name} looks like one" if name else "no column looks like one"
@@ -75,7 +81,7 @@ def _remedy(time_s: Array, names: list[str], rows: Rows, column: Column) -> str:
             "do not drop rows, that corrupts the fit")
 
 
-def _fraction_column(time_s: Array, names: list[str], rows: Rows) -> str | None:
+def _fraction_column(time_s: Array, names: list[str], rows: list[Row]) -> str | None:
     """The column that grows wherever the time stands still, and falls back where it goes on."""
     stands = np.diff(time_s[:_LOOKED_AT]) == 0.0
     for index, name in enumerate(names):

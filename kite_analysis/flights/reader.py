@@ -9,9 +9,9 @@ from kite_analysis.flights.columns import (
     FlightDataError,
     load_description,
 )
-from kite_analysis.flights.record import FlightRecord, record_from_table
+from kite_analysis.flights.record import FlightRecord, evenly_spaced
 from kite_analysis.flights.table import read_table
-from kite_analysis.flights.tlog_record import read_tlog_record
+from kite_analysis.flights.telemetry import read_tlog_record
 
 _TRUTH = "truth.csv"
 
@@ -34,7 +34,7 @@ def read_record(source: Path, columns: Path | None = None) -> FlightRecord:
         return read_tlog_record(source)
     is_truth = source.name == _TRUTH  # of a run that may have been killed in the middle of a line
     description = description_of(source, columns)
-    return record_from_table(read_table(source, description, whole_lines=is_truth), description, str(source))
+    return evenly_spaced(read_table(source, description, whole_lines=is_truth), description, str(source))
 
 
 def description_of(source: Path, columns: Path | None) -> ColumnDescription:

@@ -6,40 +6,21 @@ of 8 October 2019, CC-BY 4.0, github.com/awegroup/Flightdata08102019. Its column
 """
 
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
 from kite_analysis.flights.columns import PUBLIC_FLIGHT, ColumnDescription, FlightDataError, load_description, no_phase
 from kite_analysis.console.optional_packages import ExtraMissingError
 from kite_analysis.flights.checks import check_period
-from kite_analysis.flights.table import FlightTable, read_table
+from kite_analysis.flights.record import FlightRecord
+from kite_analysis.flights.table import read_table
 from kite_analysis.figure_eight import Array, TargetEight, unit_position
-
-__all__ = ["FlightData", "FlightDataError", "fit_eight", "read_flight"]
 
 _LEAST_S = 5.0  # of flight; with less there is no eight
 _LEAST_AZIMUTH = 0.02  # [rad], from side to side
 
 
-class FlightData(NamedTuple):
-    """A recorded flight, each array (n,), NaN where unknown: SI units, radians, our signs; `time_s` starts at 0."""
-
-    time_s: Array
-    azimuth: Array
-    elevation: Array
-    distance: Array
-    course: Array
-    heading: Array
-    set_steering: Array
-    steering: Array
-    airspeed: Array
-    tether_force: Array
-    reel_out: Array  # True where the kite flies eights
-    attribution: str
-
-
-def read_flight(path: Path, columns: Path | None = None) -> FlightData:
+def read_flight(path: Path, columns: Path | None = None) -> FlightRecord:
     """Read a flight row by row, CSV or gzipped CSV; NaN where a field is empty, or the file has no such column.
 
     `columns` describes the columns (default: those of the public flight).
@@ -48,29 +29,26 @@ def read_flight(path: Path, columns: Path | None = None) -> FlightData:
         FlightDataError: it cannot be read, or has no azimuth or course, or no rows in the described phase.
     """
     description = load_description(columns or PUBLIC_FLIGHT)
-    table = read_table(path, description)
+    flight = read_table(path, description)
     try:
-        _check_usable(table, description)
+        _check_usable(flight, description)
     except FlightDataError as error:
         raise FlightDataError(f"{path}: {error}") from error
-    missing = {name: np.full(len(table.time_s), np.nan) for name in FlightData._fields[1:-2]}
-    return FlightData(time_s=table.time_s, reel_out=table.selected, attribution=description.attribution,
-                      **missing | table.values)
+    return flight
 
 
-def _check_usable(table: FlightTable, description: ColumnDescription) -> None:
+def _check_usable(flight: FlightRecord, description: ColumnDescription) -> None:
     """Raises FlightDataError where there is too little to replay."""
-    if not table.selected.any():
+    if not flight.selected.any():
         raise FlightDataError(no_phase(description))
-    period_s = float(np.median(np.diff(table.time_s)))
-    check_period(period_s)
+    check_period(flight.period_s)
     for quantity in ("azimuth", "elevation", "course"):
-        known = table.selected & np.isfinite(table.values.get(quantity, np.full(len(table.time_s), np.nan)))
-        known_s = np.count_nonzero(known) * period_s
+        known_s = np.count_nonzero(np.isfinite(getattr(flight, quantity)[flight.selected])) * flight.period_s
         if known_s < _LEAST_S:
             raise FlightDataError(f"{quantity} is known for {known_s:.1f} s of the part that is used; "
                                   f"a replay needs {_LEAST_S:g} s")
-    if np.ptp(table.values["azimuth"][table.selected & np.isfinite(table.values["azimuth"])]) < _LEAST_AZIMUTH:
+    azimuth = flight.azimuth[flight.selected]
+    if np.ptp(azimuth[np.isfinite(azimuth)]) < _LEAST_AZIMUTH:
         raise FlightDataError("the azimuth hardly changes in the part that is used: no eights flown")
 
 
@@ -95,14 +73,14 @@ def fit_eight(azimuth: Array, elevation: Array) -> TargetEight:
     position = unit_position(azimuth, np.mean(elevation) + swing)
 
     def distances(unknowns: Array) -> Array:
-        return _eight(unknowns, 1.0).nearest(position)[1]
+        _, distance = _eight(unknowns, 1.0).nearest(position)
+        return distance
 
     guess = [np.mean(azimuth), np.mean(elevation), np.sqrt(2) * np.std(azimuth), np.sqrt(2) * np.std(swing)]
-    found = least_squares(distances, guess, loss="soft_l1", f_scale=0.01).x
-    sine = np.clip((azimuth - found[0]) / found[2], -1.0, 1.0)
+    eight = _eight(least_squares(distances, guess, loss="soft_l1", f_scale=0.01).x, 1.0)
+    sine = np.clip((azimuth - eight.azimuth) / eight.half_width, -1.0, 1.0)
     cosine = np.sqrt(1.0 - sine**2) * np.sign(np.gradient(azimuth))
-    direction = 1.0 if np.sum(swing * sine * cosine) >= 0.0 else -1.0
-    return _eight(found, direction)
+    return eight._replace(direction=1.0 if np.sum(swing * sine * cosine) >= 0.0 else -1.0)
 
 
 def _eight(unknowns: Array, direction: float) -> TargetEight:

@@ -1,13 +1,12 @@
-"""A flight on a uniform time grid, from any source: the input of identification."""
+"""A recorded flight from any source: row by row as recorded, or on a uniform time grid for identification."""
 
-from collections.abc import Iterator
-from typing import NamedTuple
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from kite_analysis.flights.columns import QUANTITIES, ColumnDescription, FlightDataError, no_phase
+from kite_analysis.flights.columns import ColumnDescription, FlightDataError, no_phase
 from kite_analysis.flights.checks import check_span
-from kite_analysis.flights.table import FlightTable
 from kite_analysis.figure_eight import Array
 
 _ANGLES = ("azimuth", "course", "heading")  # these wrap
@@ -24,11 +23,11 @@ class Series(NamedTuple):
 
 
 class FlightRecord(NamedTuple):
-    """A flight every `period_s`: each array (n,), SI units, radians, our signs, angles unwrapped, NaN where missing.
+    """A flight: each array (n,), SI units, radians, our signs, NaN where missing. `period_s` is from row to row, mostly.
 
-    `set_steering` is the command in force from its row to the next. `command_slack_s`: it may have come this much
-    later than recorded. `smoothing_s`: width of the smoothing that the heading rate needs; `smooth_both`: of the law's
-    other side too.
+    On a uniform grid, as `evenly_spaced` gives it, the angles are unwrapped. `set_steering` is the command in force
+    from its row to the next. `command_slack_s`: it may have come this much later than recorded. `smoothing_s`: width of
+    the smoothing that the heading rate needs; `smooth_both`: of the law's other side too.
     """
 
     title: str
@@ -44,9 +43,16 @@ class FlightRecord(NamedTuple):
     heading: Array
     airspeed: Array
     distance: Array
+    tether_force: Array
     steering: Array
     set_steering: Array
+    target_course: Array  # as the controller had it, and the four that follow
+    cross_track: Array
+    path_parameter: Array
+    mode: Array  # number of KITE_MODE
+    sample_age_s: Array  # of the newest sample
     selected: Array  # True in the phase, and the time, that is to be used
+    further: Mapping[str, Array]  # what else there is, by the names and in the units of where it is from
 
     def has(self, quantity: str) -> bool:
         """Is there a value of `quantity` anywhere in the part that is used?"""
@@ -55,6 +61,25 @@ class FlightRecord(NamedTuple):
     def between(self, from_s: float, to_s: float) -> "FlightRecord":
         """The same record, with only the rows of `from_s` to `to_s` to be used."""
         return self._replace(selected=self.selected & (self.time_s >= from_s) & (self.time_s <= to_s))
+
+    def rows(self, which: Array) -> "FlightRecord":
+        """The rows `which`, as numpy takes them: a mask (n,), or indices."""
+        columns: dict[str, Any] = {name: getattr(self, name)[which] for name in ("time_s", *COLUMNS, "selected")}
+        return self._replace(**columns, further={name: values[which] for name, values in self.further.items()})
+
+
+COLUMNS = FlightRecord._fields[FlightRecord._fields.index("time_s") + 1 : FlightRecord._fields.index("selected")]
+
+
+def as_recorded(time_s: Array, columns: Mapping[str, Array], title: str = "", attribution: str = "",
+                smoothing_s: float = 0.0, smooth_both: bool = True, selected: Array | None = None,
+                further: Mapping[str, Array] | None = None) -> FlightRecord:
+    """A flight with rows at the times (n,) [s], growing; a quantity that is not in `columns` is missing throughout."""
+    all_columns = {name: columns.get(name, np.full(len(time_s), np.nan)) for name in COLUMNS}
+    period_s = float(np.median(np.diff(time_s))) if len(time_s) > 1 else 0.0
+    return FlightRecord(title, attribution, period_s, smoothing_s, smooth_both, 0.0, time_s, **all_columns,
+                        selected=np.ones(len(time_s), dtype=bool) if selected is None else selected,
+                        further=further or {})
 
 
 def stretches(usable: Array, least: int = 1) -> Iterator[slice]:
@@ -65,8 +90,8 @@ def stretches(usable: Array, least: int = 1) -> Iterator[slice]:
             yield slice(int(start), int(stop))
 
 
-def record_from_table(table: FlightTable, description: ColumnDescription, where: str) -> FlightRecord:
-    """The flight in `table` on a grid of the median time between rows; `where` names it in errors.
+def evenly_spaced(flight: FlightRecord, description: ColumnDescription, where: str) -> FlightRecord:
+    """A `flight` as recorded, on a grid of the median time between rows; `where` names it in errors.
 
     Sensors that are read less often than rows are written, with empty fields or old values between, are used only at the
     times of their readings.
@@ -74,46 +99,41 @@ def record_from_table(table: FlightTable, description: ColumnDescription, where:
     Raises:
         FlightDataError: no row lies in the described phase.
     """
-    if not table.selected.any():
+    if not flight.selected.any():
         raise FlightDataError(f"{where}: {no_phase(description)}")
     series: dict[str, Series] = {}
     slack_s = 0.0
-    for quantity, values in table.values.items():
-        column = description.columns[quantity]
-        time_s = table.time_s
+    for quantity, column in description.columns.items():
+        if quantity == "time":
+            continue
+        time_s, values = flight.time_s, getattr(flight, quantity)
         if quantity not in _COMMANDS:
-            values = np.where(fresh_readings(values), values, np.nan)  # noqa: PLW2901
+            values = np.where(fresh_readings(values), values, np.nan)
         if column.since_previous_row:
             slack_s = float(np.median(np.diff(time_s)))
             time_s = np.concatenate([time_s[:1] - slack_s, time_s[:-1]])
         series[quantity] = Series(time_s, values, column.max_gap_s)
-    record = make_record(series, table.time_s, description.title, description.attribution, description.smoothing_s,
-                         description.smooth_both)
-    row = np.clip(np.searchsorted(table.time_s, record.time_s + 0.01 * record.period_s, "right") - 1, 0, None)
-    return record._replace(selected=table.selected[row], command_slack_s=slack_s)
+    return on_a_grid(series, flight)._replace(command_slack_s=slack_s)
 
 
-def make_record(series: dict[str, Series], rows_s: Array, title: str, attribution: str, smoothing_s: float,
-                smooth_both: bool) -> FlightRecord:
-    """A record of the quantities in `series` on the uniform grid that fits the times `rows_s` (n,) [s], growing.
+def on_a_grid(series: Mapping[str, Series], flight: FlightRecord) -> FlightRecord:
+    """The quantities in `series` on the uniform grid that fits the rows of `flight`, with all that is said of it.
 
     Raises:
         FlightDataError: the times have gaps so long that a grid over them would be next to empty.
     """
-    check_span(rows_s, title)
+    rows_s = flight.time_s
+    check_span(rows_s, flight.title)
     span_s = float(rows_s[-1] - rows_s[0])
     steps = round(span_s / float(np.median(np.diff(rows_s))))
     period_s = span_s / steps
     time_s = rows_s[0] + period_s * np.arange(steps + 1)
-    columns = {}
-    for quantity in QUANTITIES:
-        if quantity in FlightRecord._fields and quantity in series:
-            sampled = hold if quantity == "set_steering" else interpolate
-            columns[quantity] = sampled(series[quantity], time_s, quantity in _ANGLES)
-        elif quantity in FlightRecord._fields:
-            columns[quantity] = np.full(len(time_s), np.nan)
-    return FlightRecord(title, attribution, period_s, smoothing_s, smooth_both, 0.0, time_s,
-                        selected=np.ones(len(time_s), dtype=bool), **columns)
+    columns = {quantity: hold(values, time_s) if quantity == "set_steering" else
+               interpolate(values, time_s, quantity in _ANGLES) for quantity, values in series.items()}
+    row = np.clip(np.searchsorted(rows_s, time_s + 0.01 * period_s, "right") - 1, 0, None)
+    record = as_recorded(time_s, columns, flight.title, flight.attribution, flight.smoothing_s, flight.smooth_both,
+                         flight.selected[row])
+    return record._replace(period_s=period_s)
 
 
 def interpolate(series: Series, time_s: Array, angle: bool = False) -> Array:
@@ -135,9 +155,8 @@ def interpolate(series: Series, time_s: Array, angle: bool = False) -> Array:
     return np.where(inside & ((gap_s <= longest_s + slack_s) | on_reading), np.interp(time_s, at_s, values), np.nan)
 
 
-def hold(series: Series, time_s: Array, angle: bool = False) -> Array:
+def hold(series: Series, time_s: Array) -> Array:
     """`series` at `time_s` (n,), each reading held until the next; NaN before the first and in long gaps."""
-    del angle  # a command is none
     known = np.isfinite(series.values)
     at_s, values = series.time_s[known], series.values[known]
     if not len(at_s):

@@ -4,28 +4,22 @@ import csv
 import gzip
 import zlib
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
 from kite_analysis.flights.columns import Column, ColumnDescription, FlightDataError
-from kite_analysis.flights.checks import check_times, check_units
+from kite_analysis.flights.checks import Row, check_times, check_units
+from kite_analysis.flights.record import FlightRecord, as_recorded
 from kite_analysis.figure_eight import Array
 
 _NO_VALUE = 1e6  # what a logger writes in place of a value it does not know may be as large as this, or infinite
 _MANY = 12  # columns; more of them are not listed
 
 
-class FlightTable(NamedTuple):
-    """Rows as recorded, (n,) each: time from the first row on, NaN where a field is empty."""
+def read_table(path: Path, description: ColumnDescription, whole_lines: bool = False) -> FlightRecord:
+    """The flight as recorded, by the columns that `description` names: time from the first row on.
 
-    time_s: Array
-    values: dict[str, Array]  # the quantities that the file has
-    selected: Array  # True in the described phase
-
-
-def read_table(path: Path, description: ColumnDescription, whole_lines: bool = False) -> FlightTable:
-    """Read the columns that `description` names; with `whole_lines` a last line that was cut off is left out.
+    With `whole_lines` a last line that was cut off is left out.
 
     Raises:
         FlightDataError: no such file, not a CSV, columns missing, a value that is no number, no rows, times that do
@@ -38,8 +32,8 @@ def read_table(path: Path, description: ColumnDescription, whole_lines: bool = F
     except (OSError, EOFError, UnicodeDecodeError, csv.Error, zlib.error) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else f"not a CSV file: {error}"
         raise FlightDataError(f"{path}: {reason}") from error
-    rows = [(line, fields) for line, fields in enumerate(lines[1:], start=2) if fields]
-    names = lines[0] if lines else []
+    names, *others = lines or [[]]
+    rows = [Row(line, fields) for line, fields in enumerate(others, start=2) if fields]
     if not names:
         raise FlightDataError(f"{path}: empty")
     if len(names) == 1 and (other := next((mark for mark in ";\t|" if mark in names[0]), "")):
@@ -47,10 +41,12 @@ def read_table(path: Path, description: ColumnDescription, whole_lines: bool = F
     _check_names(names, description, path)
     if len(rows) < 2:
         raise FlightDataError(f"{path}: {'one row' if rows else 'no rows'}; a flight needs at least two")
-    table = _read(names, rows, description, path)
-    check_times(table.time_s, names, rows, description.columns["time"], path)
-    check_units(table.values, path)
-    return table._replace(time_s=table.time_s - table.time_s[0])
+    time_s = _times(names, rows, description.columns["time"], path)
+    values = _values(names, rows, description, path)
+    check_times(time_s, names, rows, description.columns["time"], path)
+    check_units(values, path)
+    return as_recorded(time_s - time_s[0], values, description.title, description.attribution, description.smoothing_s,
+                       description.smooth_both, _selected(names, rows, description))
 
 
 def _check_names(names: list[str], description: ColumnDescription, path: Path) -> None:
@@ -69,21 +65,24 @@ def _check_names(names: list[str], description: ColumnDescription, path: Path) -
                           "what its columns mean with --columns FILE.toml (docs/flight-files.md has the format)")
 
 
-def _read(names: list[str], rows: list[tuple[int, list[str]]], description: ColumnDescription,
-          path: Path) -> FlightTable:
+def _values(names: list[str], rows: list[Row], description: ColumnDescription, path: Path) -> dict[str, Array]:
+    """The quantities that the file has, (n,) each; NaN where a field is empty."""
     values: dict[str, Array] = {}
     for quantity, column in description.columns.items():
-        if column.column in names:
+        if quantity != "time" and column.column in names:
             read = _numbers(names, rows, column.column, path) * column.factor
             values[quantity] = np.where(np.abs(read) < _NO_VALUE, read, np.nan)
+    return values
+
+
+def _selected(names: list[str], rows: list[Row], description: ColumnDescription) -> Array:
+    """True in the rows (n,) of the described phase."""
     phase = names.index(description.phase_column) if description.phase_column else -1
-    selected = [phase < 0 or (phase < len(fields) and _is_one_of(fields[phase], description)) for _, fields in rows]
-    return FlightTable(_times(names, rows, description.columns["time"], path),
-                       {quantity: column for quantity, column in values.items() if quantity != "time"},
-                       np.array(selected, dtype=bool))
+    return np.array([phase < 0 or (phase < len(row.fields) and _is_one_of(row.fields[phase], description))
+                     for row in rows], dtype=bool)
 
 
-def _times(names: list[str], rows: list[tuple[int, list[str]]], column: Column, path: Path) -> Array:
+def _times(names: list[str], rows: list[Row], column: Column, path: Path) -> Array:
     """Times [s] since the first row; whole seconds and fractions are added up before precision is lost."""
     whole = _numbers(names, rows, column.column, path)
     time_s = (whole - whole[0]) * column.factor
@@ -92,7 +91,7 @@ def _times(names: list[str], rows: list[tuple[int, list[str]]], column: Column, 
     return time_s
 
 
-def _numbers(names: list[str], rows: list[tuple[int, list[str]]], name: str, path: Path) -> Array:
+def _numbers(names: list[str], rows: list[Row], name: str, path: Path) -> Array:
     index = names.index(name)
     return np.array([_number(fields[index] if index < len(fields) else "", path, line, name)
                      for line, fields in rows])

@@ -5,27 +5,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from types import TracebackType
 
+from protocol.frame import START, frame_length
+
 _STAMP = struct.Struct(">Q")
-_MARKER_1, _MARKER_2 = 0xFE, 0xFD
-_SIGNED = 0x01
-_START = 3  # bytes of a frame that tell its length
-
-
-def frame_length(start: bytes | bytearray) -> int:
-    """Length in bytes of the MAVLink 1 or 2 frame whose first three bytes, or more, are `start`.
-
-    Raises:
-        ValueError: this is not the start of a MAVLink frame, or fewer than three bytes are given.
-    """
-    if len(start) < _START:
-        raise ValueError(f"the length of a frame needs {_START} bytes, not {len(start)}")
-    if start[0] == _MARKER_1:
-        return start[1] + 8
-    if start[0] != _MARKER_2:
-        raise ValueError(f"no MAVLink frame starts with 0x{start[0]:02X}")
-    if start[2] & ~_SIGNED:
-        raise ValueError(f"unknown incompatibility flags 0x{start[2]:02X} in a MAVLink 2 frame")
-    return start[1] + (25 if start[2] & _SIGNED else 12)
 
 
 def tlog_entry(time_us: int, frame: bytes) -> bytes:
@@ -71,14 +53,15 @@ def read_tlog(path: str | Path) -> Iterator[tuple[int, bytes]]:
     """
     offset = 0
     with Path(path).open("rb") as file:
-        while len(head := file.read(_STAMP.size + _START)) == _STAMP.size + _START:
+        while len(head := file.read(_STAMP.size + START)) == _STAMP.size + START:
             start = head[_STAMP.size :]
             try:
-                missing = frame_length(start) - _START
+                missing = frame_length(start) - START
             except ValueError as error:
                 raise ValueError(f"{path}: not a tlog at byte {offset + _STAMP.size}: {error}") from None
             rest = file.read(missing)
             if len(rest) < missing:
                 return
-            yield _STAMP.unpack_from(head)[0], start + rest
-            offset += _STAMP.size + _START + missing
+            stamp_us, = _STAMP.unpack_from(head)
+            yield stamp_us, start + rest
+            offset += _STAMP.size + START + missing

@@ -21,8 +21,7 @@ from kite_analysis.figure_eight import Array
 from kite_analysis.flights.columns import FlightDataError
 from kite_analysis.flights.record import FlightRecord, stretches
 from kite_analysis.identification.actuator_model import ActuatorModel, follow
-from kite_analysis.identification.block_statistics import blocked_std
-from kite_analysis.identification.turning_rate_fit import r_squared
+from kite_analysis.identification.fit_quality import blocked_std, r_squared
 
 _BLOCK_S = 10.0
 _LONGEST_DEAD_TIME_S = 2.0
@@ -161,7 +160,8 @@ def _together(blocks: Blocks, reached: float) -> tuple[float, float, float]:
 
 def _refined(blocks: Blocks, point: Array) -> Array:
     """The least-squares (dead time, rate, saturation) near `point`: a lattice that moves, and shrinks when it stays."""
-    step = np.array([max(0.05, blocks.period_s), 0.25 * point[1], 0.03 * point[2]])
+    _, rate, saturation = point
+    step = np.array([max(0.05, blocks.period_s), 0.25 * rate, 0.03 * saturation])
     lattice = np.array(np.meshgrid([-1, 0, 1], [-1, 0, 1], [-1, 0, 1])).reshape(3, -1).T
     centre, halvings = len(lattice) // 2, 0
     while halvings < _HALVINGS:
@@ -226,7 +226,7 @@ def _stds(blocks: Blocks, model: ActuatorModel, residual: Array, unknowns: list[
     for name, step in unknowns:
         value = getattr(model, name)
         low = max(0.0, value - step)
-        sides = [_residual(blocks, model._replace(**{name: side})) for side in (low, value + step)]
-        columns.append((sides[0] - sides[1]) / (value + step - low))
+        below, above = (_residual(blocks, model._replace(**{name: side})) for side in (low, value + step))
+        columns.append((below - above) / (value + step - low))
     std = blocked_std(np.column_stack(columns), residual, round(_BLOCK_S / blocks.period_s))
     return {name: float(value) for (name, _), value in zip(unknowns, std, strict=True)}

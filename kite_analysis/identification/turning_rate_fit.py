@@ -14,7 +14,7 @@ from kite_analysis.figure_eight import Array
 from kite_analysis.flights.checks import check_period
 from kite_analysis.flights.columns import FlightDataError
 from kite_analysis.flights.record import FlightRecord
-from kite_analysis.identification.block_statistics import blocked_std
+from kite_analysis.identification.fit_quality import blocked_std, r_squared
 from kite_analysis.identification.turning_rates import LawRows, choose, law_rows, regressors
 
 _LEAST_S = 5.0
@@ -91,10 +91,11 @@ def identify_together(records: list[FlightRecord], angle: str | None = None, tra
         step_s = 0.5 * parts[0].period_s
         by_lag = (design(lag_s + step_s)[:, 0] - design(lag_s - step_s)[:, 0]) / (2.0 * step_s)
         jacobian = np.column_stack([jacobian, solution[0] * by_lag])
-    std = [float(value) for value in blocked_std(jacobian, residual, round(_BLOCK_S / parts[0].period_s))]
+    stds = blocked_std(jacobian, residual, round(_BLOCK_S / parts[0].period_s))
+    k_std, offset_std, gravity_std, *lag_std = (float(value) for value in stds)
     k, offset, gravity = (float(value) for value in solution)
-    return LawFit(angle, transport, steering, k, std[0], gravity, std[2], offset, std[1], best_lag_s,
-                  None if best_lag_s is None else std[3], r_squared(turned, residual), seconds)
+    return LawFit(angle, transport, steering, k, k_std, gravity, gravity_std, offset, offset_std, best_lag_s,
+                  next(iter(lag_std), None), r_squared(turned, residual), seconds)
 
 
 def fitted_rate(data: LawRows, fit: LawFit) -> Array:
@@ -115,12 +116,6 @@ def score(record: FlightRecord, fit: LawFit) -> float:
     return r_squared(data.rate - data.transport, data.rate - fitted_rate(data, fit))
 
 
-def r_squared(measured: Array, residual: Array) -> float:
-    """1 - the sum of squared residuals over that of the measured about their mean; NaN for a constant."""
-    about_mean = float(np.sum((measured - np.mean(measured)) ** 2))
-    return 1.0 - float(np.sum(residual**2)) / about_mean if about_mean > 0.0 else np.nan
-
-
 def _check_excitation(parts: list[LawRows], seconds: float, angle: str) -> None:
     if seconds < _LEAST_S:
         raise FlightDataError(f"only {seconds:.1f} s in which {angle}, elevation, airspeed and steering are known "
@@ -138,11 +133,11 @@ def _check_independence(design: Array) -> None:
 
 
 def _solve(matrix: Array, values: Array) -> Array:
-    """Least squares by the normal equations, scaled; the excitation is checked elsewhere."""
+    """Least squares, of columns scaled alike; the excitation is checked elsewhere."""
     scale = np.linalg.norm(matrix, axis=0)
     scale = np.where(scale > 0.0, scale, 1.0)
-    scaled = matrix / scale
-    return np.linalg.lstsq(scaled.T @ scaled, scaled.T @ values, rcond=None)[0] / scale
+    solution, *_ = np.linalg.lstsq(matrix / scale, values, rcond=None)
+    return solution / scale
 
 
 def _least(power, from_s: float, to_s: float) -> float | None:

@@ -12,7 +12,7 @@ from typing import Any
 
 import firmware_py
 from firmware_py.boards.settings import check_settings
-from kite_analysis.console.closest import closest
+from kite_analysis.console.mistakes import closest
 from kite_analysis.console.optional_packages import ExtraMissingError
 
 MAIN = "import firmware_py.start\n"
@@ -84,9 +84,11 @@ def read_entries(text: str) -> dict[str, Any] | None:
     try:
         statements = ast.parse(text).body
         for statement in statements:
-            if not isinstance(statement, ast.Assign) or not isinstance(statement.targets[0], ast.Name):
-                return None
-            entries[statement.targets[0].id] = ast.literal_eval(statement.value)
+            match statement:
+                case ast.Assign(targets=[ast.Name(id=name), *_], value=value):
+                    entries[name] = ast.literal_eval(value)
+                case _:
+                    return None
     except (SyntaxError, ValueError):
         return None
     return entries
@@ -95,7 +97,7 @@ def read_entries(text: str) -> dict[str, Any] | None:
 def check_board_settings(text: str, platform: str) -> None:
     """Raise BoardError with the first problem of a board.py for a board of `platform`, if it can be seen from here."""
     entries = read_entries(text)
-    problems = check_settings(entries, platform)[1] if entries is not None else []
+    _, problems = check_settings(entries, platform) if entries is not None else (None, [])
     if problems:
         more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
         raise BoardError(f"board.py: {problems[0]}{more}")

@@ -66,17 +66,20 @@ def read_probe(text: str) -> Probe:
         BoardError: no MicroPython answered, or one that is too old.
     """
     rows = [line.split() for line in text.splitlines()]
-    head = next((row for row in rows if row and row[0] == "kitepilot-probe"), None)
-    if head is None or head[2] != "micropython":
+    head = next((row for row in rows if row[:1] == ["kitepilot-probe"]), None)
+    _, platform, implementation, major, minor, *_ = head or [""] * 5
+    if implementation != "micropython":
         raise BoardError("no MicroPython answers there: put MicroPython 1.28 or newer onto the board first")
-    version = int(head[3]), int(head[4])
+    version = int(major), int(minor)
     if version < LEAST_VERSION:
-        raise BoardError(f"MicroPython {version[0]}.{version[1]} on the board is too old: 1.28 or newer is needed")
+        raise BoardError(f"MicroPython {major}.{minor} on the board is too old: 1.28 or newer is needed")
     block, free = 4096, 0
     files = {}
-    for row in rows:
-        if row and row[0] == "free":
-            block, free = int(row[1]), int(row[1]) * int(row[2])
-        elif row and row[0] == "file":
-            files[row[3]] = OnBoard(int(row[1]), row[2])
-    return Probe(head[1], version, block, free, files)
+    for kind, *fields in filter(None, rows):
+        if kind == "free":
+            block, blocks = map(int, fields)
+            free = block * blocks
+        elif kind == "file":
+            size, digest, name = fields
+            files[name] = OnBoard(int(size), digest)
+    return Probe(platform, version, block, free, files)

@@ -8,6 +8,7 @@ from typing import Any
 
 from kite_analysis.metrics import UNSTABLE_TURNING_ANGLE
 from kite_analysis.plots import plot_flight
+from protocol.modes import mode_name
 from sim_bridge.bench.in_process import bench as measure_speed
 from sim_bridge.bench.micropython import bench_micropython
 from sim_bridge.cli.notes import notice, say
@@ -15,7 +16,7 @@ from sim_bridge.cli.plot_option import plot_path, save_plot
 from sim_bridge.cli.progress import FlightProgress
 from sim_bridge.cli.scenario_options import scenario_of
 from sim_bridge.errors import ScenarioError
-from sim_bridge.flight.flight import COLUMNS, Flight
+from sim_bridge.flight.flight import Flight
 from sim_bridge.flight.judgement import MODE_UNKNOWN
 from sim_bridge.runs.hardware_in_the_loop import fly_board
 from sim_bridge.runs.run import RunOptions, RunResult, run_scenario
@@ -23,8 +24,6 @@ from sim_bridge.scenario.keys import KEYS
 from sim_bridge.scenario.scenario import Scenario, load_scenario, scenario_names
 from sim_bridge.studies.paper import make_paper
 from sim_bridge.studies.real_flight import play, plot_replay
-
-_MODES = {MODE_UNKNOWN: "silent", 0: "STANDBY", 1: "MANUAL", 2: "PARK", 3: "TRACK"}
 
 
 def list_scenarios(options: Namespace) -> int:
@@ -193,12 +192,12 @@ def _bench_micropython(options: Namespace) -> int:
 def _print_status(flight: Flight) -> None:
     if not flight.rows:
         return
-    row = dict(zip(COLUMNS, flight.rows[-1], strict=True))
+    row = flight.rows[-1]
     cross_track, turning = flight.recent_errors(10.0)
-    mode = _MODES[int(row["mode"])]
+    mode = "silent" if row.mode == MODE_UNKNOWN else mode_name(int(row.mode))
     warning = "  UNSTABLE: lower INNER_P" if mode == "TRACK" and turning > UNSTABLE_TURNING_ANGLE else ""
-    say(f"{row['time_s']:6.0f} s  {mode:7}  cross-track {math.degrees(cross_track):5.2f} deg  "
-        f"turning angle {math.degrees(turning):6.1f} deg (RMS of 10 s)  steering {row['steering']:+.3f}  "
+    say(f"{row.time_s:6.0f} s  {mode:7}  cross-track {math.degrees(cross_track):5.2f} deg  "
+        f"turning angle {math.degrees(turning):6.1f} deg (RMS of 10 s)  steering {row.steering:+.3f}  "
         f"overruns {flight.overruns}{warning}")
 
 

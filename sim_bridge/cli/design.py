@@ -100,7 +100,7 @@ def _effective(options: Namespace) -> EffectiveDelay | None:
     if not (options.jitter or options.loss):
         return None
     samples, steering = (LinkPath(delay_s, options.jitter, options.loss, options.loss_burst)
-                         for delay_s in split(options.delay, options.loop_hz))
+                         for delay_s in split(options.delay, 1.0 / options.loop_hz))
     return effective_delay(samples, steering, options.loop_hz)
 
 

@@ -10,7 +10,7 @@ from typing import Any
 from kite_analysis.console.mistakes import Parser
 from kite_analysis.console.optional_packages import ExtraMissingError
 from kite_analysis.console.picture_file import FileRefusedError
-from kite_analysis.flights.real_flight import FlightDataError
+from kite_analysis.flights.columns import FlightDataError
 from kite_analysis.metrics import RULE
 from sim_bridge.boards.image import BoardError
 from sim_bridge.cli import actions

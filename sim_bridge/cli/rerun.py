@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from sim_bridge.cli.actions import report
 from sim_bridge.cli.notes import notice
 from sim_bridge.errors import ScenarioError
-from sim_bridge.flight.flight import COLUMNS
+from sim_bridge.flight.flight import COLUMNS, TruthRow
 from sim_bridge.runs.provenance import differences, scenario_as_logged
 from sim_bridge.runs.reader import LoggedTruth, read_about, read_input
 from sim_bridge.runs.run import RecordedGround, RunOptions, run_scenario
@@ -89,11 +89,11 @@ def _span(folder: Path, about: dict[str, Any], truth: LoggedTruth, known_before:
     return _Span(rows, truth.time_s(rows - 1) + period_s, why)
 
 
-def _first_difference(truth: LoggedTruth, count: int, flown: list[tuple[float, ...]]) -> str | None:
+def _first_difference(truth: LoggedTruth, count: int, flown: list[TruthRow]) -> str | None:
     """Where the flown rows first differ from the first `count` of the log, or None; a log may begin late."""
     places = [(name, COLUMNS.index(name), place) for place, name in enumerate(truth.columns) if name in COLUMNS]
     first_s = truth.time_s(0)
-    begin = next((index for index, row in enumerate(flown) if row[0] >= first_s - 1e-9), len(flown))
+    begin = next((index for index, row in enumerate(flown) if row.time_s >= first_s - 1e-9), len(flown))
     for index, (row, logged) in enumerate(zip(flown[begin:], truth.rows[:count], strict=False), begin):
         for name, column, place in places:
             now, then = row[column], logged[place]

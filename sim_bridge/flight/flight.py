@@ -8,6 +8,7 @@ import numpy as np
 
 from kite_analysis.figure_eight import Array, TargetEight
 from kite_analysis.metrics import NOT_MEASURED, Metrics, Track, measure
+from protocol.messages import KiteState
 from sim_bridge.equipment.actuator import Actuator
 from sim_bridge.equipment.sensors import SAMPLE_BYTES, Sample, Sensors
 from sim_bridge.flight.judgement import Judge, recent_errors
@@ -22,15 +23,38 @@ from sim_bridge.runtimes.interface import Runtime, TickOutput, clock_us
 from sim_bridge.scenario.scenario import Scenario
 from sim_bridge.wind.wind import Wind
 
-# Columns of the truth, a row a tick. From `state_course_rad` to `path_parameter_rad`, and `status`, they are what the
-# firmware's last KITE_STATE said, nan where there was none; the mode is the last heartbeat's, -1 long after that;
-# the wind is that at 6 m with its gusts along, before the profile.
-COLUMNS = (
-    "time_s", "azimuth_rad", "elevation_rad", "course_rad", "heading_rad", "airspeed_m_s", "steering",
-    "state_course_rad", "target_course_rad", "cross_track_rad", "path_parameter_rad", "steering_asked", "status",
-    "mode", "distance_m", "tether_force_n", "wind_m_s", "wind_direction_rad",
-)
-_NO_STATE = (nan,) * 21
+_NO_STATE = KiteState._make([nan] * len(KiteState._fields))  # type: ignore[arg-type]
+
+
+class TruthRow(NamedTuple):
+    """The truth at a tick.
+
+    From `state_course_rad` to `path_parameter_rad`, and `status`, it is what the firmware's last KITE_STATE said, nan
+    where there was none; the mode is the last heartbeat's, -1 long after that; the wind is that at 6 m with its gusts
+    along, before the profile.
+    """
+
+    time_s: float
+    azimuth_rad: float
+    elevation_rad: float
+    course_rad: float
+    heading_rad: float
+    airspeed_m_s: float
+    steering: float
+    state_course_rad: float
+    target_course_rad: float
+    cross_track_rad: float
+    path_parameter_rad: float
+    steering_asked: float
+    status: float
+    mode: float
+    distance_m: float
+    tether_force_n: float
+    wind_m_s: float
+    wind_direction_rad: float
+
+
+COLUMNS = TruthRow._fields
 
 
 class TickRecord(NamedTuple):
@@ -42,7 +66,7 @@ class TickRecord(NamedTuple):
     datagrams: list[bytes]
     output: TickOutput
     heard: list[bytes]  # frames that reached the ground stations
-    row: tuple[float, ...] | None  # of the truth, if this tick has one
+    row: TruthRow | None  # of the truth, if this tick has one
 
 
 class Flight:
@@ -60,7 +84,7 @@ class Flight:
         self.eight = TargetEight.from_parameters(scenario.parameter)
         self.plant = make_plant(scenario, *start_position(scenario.start, self.eight))
         self.actuator = Actuator(scenario.actuator)
-        self.rows: list[tuple[float, ...]] = []
+        self.rows: list[TruthRow] = []
         self.overruns = 0
         self._ground = ground
         self._stations = stations
@@ -78,7 +102,7 @@ class Flight:
         lead_in_s = max(runtime.lead_in_s, PREFLIGHT_TICKS * self.period_s)
         self.tick = -ceil((lead_in_s + patience_s(down, SAMPLE_BYTES, self.period_s)) / self.period_s)
         self._first_tick = self.tick
-        self._state: tuple[Any, ...] | None = None
+        self._state: KiteState | None = None
         self._judge = Judge(scenario)
 
     @property
@@ -113,7 +137,7 @@ class Flight:
         self._judge.hear(time_s, output, len(self.rows))
         if output.state:
             self._state = output.state
-            self.overruns = output.state[14]
+            self.overruns = output.state.overruns
         row = self._record(time_s, truth) if flying else None
         if self._watch:
             self._watch(TickRecord(tick, time_s, samples, datagrams, output, heard, row))
@@ -176,14 +200,15 @@ class Flight:
             self._stations.send(heard)
         return heard
 
-    def _record(self, time_s: float, truth: Truth) -> tuple[float, ...]:
+    def _record(self, time_s: float, truth: Truth) -> TruthRow:
         state = self._state or _NO_STATE
         azimuth, elevation = _angles(truth)
         air = self._wind.air
-        row = (
-            time_s, azimuth, elevation, truth.course, truth.heading, truth.airspeed,
-            self.actuator.position, state[5], state[10], state[11], state[12], self._judge.steering_asked, state[16],
-            self._judge.mode(time_s), truth.distance, truth.tether_force, air.speed_m_s * air.gust, air.direction_rad)
+        row = TruthRow(
+            time_s, azimuth, elevation, truth.course, truth.heading, truth.airspeed, self.actuator.position,
+            state.course, state.target_course, state.cross_track, state.path_parameter, self._judge.steering_asked,
+            state.status, self._judge.mode(time_s), truth.distance, truth.tether_force, air.speed_m_s * air.gust,
+            air.direction_rad)
         self.rows.append(row)
         return row
 
@@ -220,6 +245,6 @@ def _angles(truth: Truth) -> tuple[float, float]:
     return atan2(y, x), atan2(z, hypot(x, y))
 
 
-def _columns(rows: list[tuple[float, ...]]) -> dict[str, Array]:
+def _columns(rows: list[TruthRow]) -> dict[str, Array]:
     values = np.array(rows, dtype=float).reshape(-1, len(COLUMNS))
     return dict(zip(COLUMNS, values.T, strict=True))

@@ -10,10 +10,12 @@ from typing import Any
 
 import numpy as np
 
+from kite_analysis.angles import wrap
 from kite_analysis.eight_following import follow_eight
-from kite_analysis.figure_eight import Array, TargetEight, unit_position, wrap
+from kite_analysis.figure_eight import Array, TargetEight, unit_position
 from kite_analysis.metrics import Track
 from protocol import dialect
+from protocol.messages import ParamValue
 from sim_bridge.runtimes.interface import TickOutput
 from sim_bridge.scenario.scenario import Scenario
 
@@ -43,10 +45,10 @@ class Judge:
         if output.mode is not None:
             self._mode, self._heard_s = output.mode, time_s
         if output.steering:
-            self.steering_asked = output.steering[-1][1]
-        for message, values in output.replies:
-            if message == dialect.MAVLINK_MSG_ID_PARAM_VALUE:
-                self._follow(values[3].rstrip(b"\0").decode(errors="replace"), values[0], row)
+            _, self.steering_asked = output.steering[-1]
+        for _, reply in output.replies:
+            if isinstance(reply, ParamValue):
+                self._follow(reply.param_id.rstrip(b"\0").decode(errors="replace"), reply.param_value, row)
 
     def mode(self, time_s: float) -> int:
         """The mode at `time_s`, MODE_UNKNOWN if the firmware has long been silent."""

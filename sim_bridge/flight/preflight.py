@@ -3,6 +3,7 @@
 from math import inf
 
 from protocol import dialect
+from protocol.messages import CommandAck, ParamError, ParamValue, Statustext
 from protocol.parameter_table import load_parameters
 from sim_bridge.links.wire import BRIDGE_COMPONENT, BRIDGE_SYSTEM, as_request
 from sim_bridge.runtimes.interface import FirmwareError, Message
@@ -60,17 +61,18 @@ class Preflight:
         Raises:
             FirmwareError: a parameter was refused.
         """
-        for message, values in replies:
-            if message == dialect.MAVLINK_MSG_ID_PARAM_VALUE:  # goes to everybody, and is true for everybody
-                name = _text(values[3])
-                if self._wanted.get(name) == values[0]:
+        for _, reply in replies:
+            if isinstance(reply, ParamValue):  # goes to everybody, and is true for everybody
+                name = _text(reply.param_id)
+                if self._wanted.get(name) == reply.param_value:
                     del self._wanted[name]
-            elif message == dialect.MAVLINK_MSG_ID_PARAM_ERROR and values[1:3] == _US:
-                raise FirmwareError(f"the firmware refused {_text(values[3])}: {_REFUSALS.get(values[4], 'no reason')}")
-            elif message == dialect.MAVLINK_MSG_ID_STATUSTEXT and values[0] <= dialect.MAV_SEVERITY_WARNING:
-                self._reason = _text(values[1])
-            elif message == dialect.MAVLINK_MSG_ID_COMMAND_ACK and values[4:6] == _US:
-                self._acknowledge(values[0], values[1])
+            elif isinstance(reply, ParamError) and (reply.target_system, reply.target_component) == _US:
+                why = _REFUSALS.get(reply.error, "no reason")
+                raise FirmwareError(f"the firmware refused {_text(reply.param_id)}: {why}")
+            elif isinstance(reply, Statustext) and reply.severity <= dialect.MAV_SEVERITY_WARNING:
+                self._reason = _text(reply.text)
+            elif isinstance(reply, CommandAck) and (reply.target_system, reply.target_component) == _US:
+                self._acknowledge(reply.command, reply.result)
 
     def check(self) -> None:
         """At t = 0: everything must have been acknowledged.

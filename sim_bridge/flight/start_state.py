@@ -14,8 +14,9 @@ _LEAD_IN_RAD = 0.15
 def start_position(settings: StartSettings, eight: TargetEight) -> tuple[Vector, Vector]:
     """Unit position and unit direction of the course at t = 0."""
     s = np.array([settings.path_parameter])
-    gamma = eight.position(s)[0]
-    tangent = eight.direction * eight.derivatives(s)[0][0]
+    gamma, = eight.position(s)
+    along, _ = eight.derivatives(s)
+    tangent = eight.direction * along[0]
     tangent /= np.linalg.norm(tangent)
     side = np.cross(gamma, tangent)
     offset, error = settings.offset_rad, settings.course_error_rad

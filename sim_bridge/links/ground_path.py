@@ -3,13 +3,13 @@
 import socket
 from dataclasses import dataclass
 
+from protocol.frame import MARKER_2
 from sim_bridge.errors import ScenarioError
 from sim_bridge.links.emulation import LinkDirection, PathSettings
 from sim_bridge.links.wire import carries_control
 from sim_bridge.settings import Settings, words
 
 _MOST_STATIONS = 32
-_MARKER = 0xFD  # first byte of a MAVLink 2 frame
 _MOST_DATAGRAMS = 200  # taken in at one tick
 _Address = tuple[str, int]
 
@@ -118,7 +118,7 @@ class GroundSocket:
     def _hear(self, peer: _Address, datagram: bytes) -> None:
         """Note who speaks; a stranger is a station if that is MAVLink."""
         known = peer in self._stations
-        if peer == self._configured or not (known or datagram[:1] == bytes([_MARKER])):
+        if peer == self._configured or not (known or datagram[:1] == bytes([MARKER_2])):
             return
         if known:
             del self._stations[peer]

@@ -3,6 +3,8 @@
 from typing import Any
 
 from protocol import dialect
+from protocol.frame import MARKER_2, message_id
+from protocol.messages import BY_ID
 
 CONTROL_ONLY = frozenset(
     (dialect.MAVLINK_MSG_ID_KITE_TICK, dialect.MAVLINK_MSG_ID_KITE_TICK_END, dialect.MAVLINK_MSG_ID_KITE_SENSORS))
@@ -39,9 +41,16 @@ class BridgeCodec:
 
 
 def wire_values(message: dialect.MAVLink_message) -> tuple[Any, ...]:
-    """Values of a message without arrays of numbers, in wire order; text as bytes."""
-    values = (getattr(message, name) for name in message.ordered_fieldnames)
-    return tuple(value.encode() if isinstance(value, str) else value for value in values)
+    """Values of a message without arrays of numbers, in wire order; text as bytes. With names, if there are any."""
+    fields = (getattr(message, name) for name in message.ordered_fieldnames)
+    values = tuple(value.encode() if isinstance(value, str) else value for value in fields)
+    return with_names(message.get_msgId(), values)
+
+
+def with_names(message: int, values: tuple[Any, ...]) -> tuple[Any, ...]:
+    """The `values` of a message in wire order, as one of protocol/messages.py where that has it."""
+    kind = BY_ID.get(message)
+    return kind._make(values) if kind else values
 
 
 def as_request(message: dialect.MAVLink_message) -> Message:
@@ -51,17 +60,17 @@ def as_request(message: dialect.MAVLink_message) -> Message:
 
 def carries_control(datagram: bytes) -> bool:
     """True if a frame that only the control side may send could be found anywhere in `datagram`."""
-    start = datagram.find(0xFD)
+    start = datagram.find(MARKER_2)
     while start >= 0:
-        if int.from_bytes(datagram[start + 7 : start + 10], "little") in CONTROL_ONLY:
+        if message_id(datagram, start) in CONTROL_ONLY:
             return True
-        start = datagram.find(0xFD, start + 1)
+        start = datagram.find(MARKER_2, start + 1)
     return False
 
 
 def is_tick(datagram: bytes) -> bool:
     """True for a datagram that starts with a KITE_TICK."""
-    return int.from_bytes(datagram[7:10], "little") == dialect.MAVLINK_MSG_ID_KITE_TICK
+    return message_id(datagram) == dialect.MAVLINK_MSG_ID_KITE_TICK
 
 
 def in_datagrams(frames: list[bytes]) -> list[bytes]:

@@ -19,10 +19,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from kite_analysis.flights.tlog import frame_length, tlog_entry
+from kite_analysis.flights.tlog import tlog_entry
 from protocol import dialect
+from protocol.frame import frame_length
 from sim_bridge.errors import ScenarioError
-from sim_bridge.flight.flight import COLUMNS, TickRecord
+from sim_bridge.flight.flight import COLUMNS, TickRecord, TruthRow
 from sim_bridge.links.wire import BridgeCodec
 from sim_bridge.runs.growing_files import GrowingFiles
 from sim_bridge.runs.input_budget import InputBudget
@@ -197,7 +198,7 @@ class RunLog:
         return ScenarioError(f"--log {self.folder}: {error.strerror}")
 
 
-def format_row(row: tuple[float, ...]) -> str:
+def format_row(row: TruthRow) -> str:
     """A line of truth.csv."""
     return ",".join(repr(value) for value in row) + "\n"
 

@@ -8,12 +8,13 @@ from firmware_py.generated_enums import MAV_COMP_ID_AUTOPILOT1, MAV_COMP_ID_USER
 from firmware_py.mavlink.budget import LinkBudget
 from firmware_py.mavlink.encoder import LONGEST_FRAME, Encoder
 from firmware_py.mavlink.generated_messages import HEARTBEAT, HIL_ACTUATOR_CONTROLS, KITE_SENSORS, KITE_STATE, MESSAGES
+from protocol.messages import KiteState
 from sim_bridge.equipment.sensors import Sample
-from sim_bridge.links.wire import BRIDGE_COMPONENT, BRIDGE_SYSTEM
+from sim_bridge.links.wire import BRIDGE_COMPONENT, BRIDGE_SYSTEM, with_names
 from sim_bridge.runtimes.interface import LEAD_IN_S, Message, TickOutput, clock_us
 
 _AROUND = 12  # bytes of a frame that are no payload
-_LAYOUTS = {message: struct.Struct(entry[0]) for message, entry in MESSAGES.items()}
+_LAYOUTS = {message: struct.Struct(layout) for message, (layout, *_) in MESSAGES.items()}
 
 
 def as_on_the_wire(message: int, values: tuple[Any, ...]) -> tuple[Any, ...]:
@@ -27,7 +28,7 @@ class DirectLink:
 
     def __init__(self, keep_frames: bool):
         self.steering = 0.0
-        self.state: tuple[Any, ...] | None = None
+        self.state: KiteState | None = None
         self.mode: int | None = None
         self.replies: list[Message] = []
         self.frames: list[bytes] = []
@@ -47,13 +48,13 @@ class DirectLink:
         """Take a message from the firmware; the bytes that its frame has on the wire."""
         wired = as_on_the_wire(message, values)
         if message == HIL_ACTUATOR_CONTROLS:
-            self.steering = wired[2]
+            _time_us, _flags, self.steering, *_others = wired
         elif message == KITE_STATE:
-            self.state = wired
+            self.state = KiteState._make(wired)
         elif message == HEARTBEAT:
-            self.mode = wired[0]
+            self.mode, *_others = wired
         else:
-            self.replies.append((message, wired))
+            self.replies.append((message, with_names(message, wired)))
         if self._encoders and message != HIL_ACTUATOR_CONTROLS:
             buffer = bytearray(LONGEST_FRAME)
             end = self._encoders[message == KITE_STATE].encode(buffer, 0, message, values)

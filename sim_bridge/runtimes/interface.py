@@ -1,11 +1,14 @@
 """The interface between the bridge and the firmware, for all runtimes.
 
 A runtime takes what the firmware may see in a tick and gives back what it made of it. Messages are (id, values in
-wire order), as the firmware's own tables have them, so that no runtime needs to know more than that.
+wire order), as the firmware's own tables have them, so that no runtime needs to know more than that; those in
+protocol/messages.py have names.
 """
 
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
+from protocol.clock import WRAP_US
+from protocol.messages import KiteState
 from sim_bridge.equipment.sensors import Sample
 from sim_bridge.links.wire import Message
 
@@ -17,13 +20,13 @@ class FirmwareError(Exception):
 class TickOutput(NamedTuple):
     """What came out of a tick.
 
-    `steering` holds (time [s], steering) for each HIL_ACTUATOR_CONTROLS; `state` is the last KITE_STATE in wire
-    order, None if there was none; `replies` are PARAM_VALUE, PARAM_ERROR, COMMAND_ACK and STATUSTEXT; `frames` are
+    `steering` holds (time [s], steering) for each HIL_ACTUATOR_CONTROLS; `state` is the last KITE_STATE, None if there
+    was none; `replies` are PARAM_VALUE, PARAM_ERROR, COMMAND_ACK and STATUSTEXT; `frames` are
     all frames for the ground path, as bytes; `mode` is the last HEARTBEAT's, None if there was none.
     """
 
     steering: list[tuple[float, float]]
-    state: tuple[Any, ...] | None
+    state: KiteState | None
     replies: list[Message]
     frames: list[bytes]
     mode: int | None = None
@@ -62,4 +65,4 @@ class Runtime(Protocol):
 
 def clock_us(time_s: float) -> int:
     """The firmware's clock at `time_s` of the flight: it wraps 30 s after the start, so that every run crosses it."""
-    return (round(time_s * 1e6) + (1 << 30) - 30_000_000) & ((1 << 30) - 1)
+    return (round(time_s * 1e6) - 30_000_000) % WRAP_US

@@ -86,7 +86,8 @@ class HilRuntime(WireRuntime):
                  datagrams: list[bytes]) -> TickOutput:
         """See Runtime: returns when the next tick is due, with the times at which steering came."""
         for sample in samples:
-            self._sent_at[sample[0]] = time.monotonic()
+            sampled_us, *_ = sample
+            self._sent_at[sampled_us] = time.monotonic()
         while len(self._sent_at) > 200:
             self._sent_at.pop(next(iter(self._sent_at)))
         self._send_inputs(samples, requests, datagrams)
@@ -99,7 +100,7 @@ class HilRuntime(WireRuntime):
             if len(output.steering) > before:
                 self._steering_at = time.monotonic()
             if output.state is not None:
-                self._measure(output.state[1])
+                self._measure(output.state.sample_time_us)
         return output
 
     def delay(self) -> tuple[float, float] | None:

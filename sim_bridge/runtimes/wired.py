@@ -3,6 +3,7 @@
 import time
 
 from protocol import dialect
+from protocol.messages import KiteState
 from sim_bridge.equipment.sensors import Sample
 from sim_bridge.links.wire import BridgeCodec, in_datagrams, wire_values
 from sim_bridge.runtimes.interface import LEAD_IN_S, FirmwareError, Message, TickOutput, clock_us
@@ -45,18 +46,18 @@ class WireRuntime:
         """Add what `data`, of the time `time_s`, holds to `output`; also return the number of a tick that it ends."""
         ended = None
         for message in self._codec.decode(data):
-            kind = message.get_type()
-            if kind == "HIL_ACTUATOR_CONTROLS":
-                output.steering.append((time_s, message.controls[0]))  # type: ignore[attr-defined]
+            if isinstance(message, dialect.MAVLink_hil_actuator_controls_message):
+                steering, *_others = message.controls
+                output.steering.append((time_s, steering))
                 continue
-            if kind == "KITE_TICK_END":
-                ended = message.tick  # type: ignore[attr-defined]
+            if isinstance(message, dialect.MAVLink_kite_tick_end_message):
+                ended = message.tick
                 continue
-            if kind == "KITE_STATE":
-                output = output._replace(state=wire_values(message))
-            elif kind == "HEARTBEAT":
-                output = output._replace(mode=message.custom_mode)  # type: ignore[attr-defined]
-            elif kind in _REPLIES:
+            if isinstance(message, dialect.MAVLink_kite_state_message):
+                output = output._replace(state=KiteState._make(wire_values(message)))
+            elif isinstance(message, dialect.MAVLink_heartbeat_message):
+                output = output._replace(mode=message.custom_mode)
+            elif message.get_type() in _REPLIES:
                 output.replies.append((message.get_msgId(), wire_values(message)))
             output.frames.append(bytes(message.get_msgbuf()))
         return ended, output

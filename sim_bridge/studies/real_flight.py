@@ -11,8 +11,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kite_analysis.figure_eight import Array, TargetEight, wrap
-from kite_analysis.flights.real_flight import FlightData, fit_eight, read_flight
+from kite_analysis.angles import wrap
+from kite_analysis.figure_eight import Array, TargetEight
+from kite_analysis.flights.real_flight import fit_eight, read_flight
+from kite_analysis.flights.record import FlightRecord
 from kite_analysis.plots import draw_turning_angle, new_figure
 from protocol import dialect
 from sim_bridge.equipment.sensors import Sample
@@ -33,7 +35,7 @@ _FROM_POSITIONS = 2.0
 class Replay(NamedTuple):
     """A flight and the firmware's response, a row per sample."""
 
-    data: FlightData
+    data: FlightRecord
     eight: TargetEight
     course: Array  # the firmware's turning angle [rad]
     steering_asked: Array
@@ -41,12 +43,12 @@ class Replay(NamedTuple):
     numbers: dict[str, Any]
 
 
-def replay_scenario(data: FlightData) -> Scenario:
+def replay_scenario(data: FlightRecord) -> Scenario:
     """The v3-flight-paper scenario with the eight of this flight, its direction, and positions as the only source.
 
     Without prediction, as the commanded steering has no effect here.
     """
-    used = data.reel_out & np.isfinite(data.azimuth) & np.isfinite(data.elevation)
+    used = data.selected & np.isfinite(data.azimuth) & np.isfinite(data.elevation)
     eight = fit_eight(data.azimuth[used], data.elevation[used])
     scenario = load_scenario("v3-flight-paper")
     where = "the eight fitted to this flight"
@@ -85,7 +87,7 @@ def play(path: Path, runtime_name: str, notice: Callable[[str], None], columns: 
             output = runtime.exchange(tick, time_s, samples, preflight.requests(tick), [])
             preflight.hear(output.replies)
             if output.state:
-                last = (output.state[5], output.state[13], output.state[20])
+                last = (output.state.course, output.state.steering_asked, output.state.mode)
             said += [last] * (row - len(said))
     finally:
         runtime.stop()
@@ -96,7 +98,7 @@ def play(path: Path, runtime_name: str, notice: Callable[[str], None], columns: 
     return Replay(data, eight, course, steering, mode == dialect.KITE_MODE_TRACK, numbers)
 
 
-def _sample(data: FlightData, row: int) -> Sample:
+def _sample(data: FlightRecord, row: int) -> Sample:
     values = [float(getattr(data, quantity)[row]) if quantity else nan for quantity, _ in _SENT]
     valid = sum(bit for value, (_, bit) in zip(values, _SENT, strict=True) if isfinite(value))
     azimuth, elevation, distance, course, heading, airspeed, force, steering = (
@@ -105,20 +107,20 @@ def _sample(data: FlightData, row: int) -> Sample:
             steering, valid)
 
 
-def _compare(data: FlightData, course: Array) -> dict[str, Any]:
-    used = data.reel_out & np.isfinite(course) & np.isfinite(data.course)
+def _compare(data: FlightRecord, course: Array) -> dict[str, Any]:
+    used = data.selected & np.isfinite(course) & np.isfinite(data.course)
     error = np.degrees(wrap(course - data.course)[used])
     return {
         "turning_angle_rms_deg": float(np.sqrt(np.mean(error**2))),
         "turning_angle_bias_deg": float(np.mean(error)),
-        "reel_out_s": float(np.sum(data.reel_out) * np.median(np.diff(data.time_s))),
+        "reel_out_s": float(np.sum(data.selected) * np.median(np.diff(data.time_s))),
     }
 
 
 def plot_replay(replay: Replay, title: str) -> Any:
     """The firmware's turning angle with the recorded course, and its steering with the recorded one."""
     figure, (top, bottom) = new_figure(9.0, 6.5, rows=2)
-    used = replay.data.reel_out
+    used = replay.data.selected
     time_s = replay.data.time_s[used]
     draw_turning_angle(top, time_s, replay.course[used], replay.data.course[used],
                        ("firmware, from positions", "recorded course"))

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from firmware_py.control.figure_eight import FigureEight
 from firmware_py.control.guidance import Guidance
 from firmware_py.sphere import wrap
+from kite_analysis.angles import wrap as wrap_array
 from kite_analysis.figure_eight import TargetEight, great_circle_distance
-from kite_analysis.figure_eight import wrap as wrap_array
 
 PERIOD_S = 0.02
 SPEED = 0.2  # of the kite, across the sphere [1/s]

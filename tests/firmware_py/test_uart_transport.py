@@ -41,7 +41,8 @@ def test_frames_that_arrive_in_pieces_reach_the_inbox_whole():
     for start in range(0, len(stream), 7):
         uart.incoming += stream[start : start + 7]
         link.receive(inbox)
-    assert [sequence for _, sequence, _, _ in (request.values for request in inbox.questions.requests)] == list(range(60))
+    pings = [request.values for request in inbox.questions.requests]
+    assert [number for _, number, _, _ in pings] == list(range(60))
     assert link.counters() == (0, 0, 0, 0)
 
 

@@ -2,13 +2,13 @@
 
 from pathlib import Path
 
-from ground.logs.reader import FlightLog, read_flight_log
+from ground.logs.reader import MessageLog, read_message_log
 from ground.logs.recorder import Recorder
 from ground.session import Session
 from protocol import dialect
 
 
-def record(kite, path: Path, gain: float = 2.5) -> FlightLog:
+def record(kite, path: Path, gain: float = 2.5) -> MessageLog:
     """Fly for 14 s: change a gain on the way, park, and fly on."""
     with kite.session(print) as session, Recorder(session.connection, path, kite.wall_clock() - kite.clock()):
         session.parameters.fetch_all()
@@ -19,7 +19,7 @@ def record(kite, path: Path, gain: float = 2.5) -> FlightLog:
         let_pass(session, 2.0)
         session.commander.set_mode(dialect.KITE_MODE_TRACK)
         let_pass(session, 4.0)
-    return read_flight_log(path)
+    return read_message_log(path)
 
 
 def let_pass(session: Session, seconds: float) -> None:
@@ -27,6 +27,6 @@ def let_pass(session: Session, seconds: float) -> None:
     session.connection.wait_until(lambda: False, seconds)
 
 
-def payloads(log: FlightLog, kind: type[dialect.MAVLink_message]) -> list[bytes]:
+def payloads(log: MessageLog, kind: type[dialect.MAVLink_message]) -> list[bytes]:
     """What the vehicle's messages of one kind carried, in the order in which they came."""
     return [entry.frame[10:-2] for entry in log.of(log.vehicle()) if isinstance(entry.message, kind)]

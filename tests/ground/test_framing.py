@@ -41,7 +41,7 @@ def test_any_payload_with_a_good_checksum_never_raises(number, payload, signed):
     crc = dialect.x25crc(head)
     crc.accumulate(bytes([dialect.mavlink_map[number].crc_extra]))
     frame = b"\xfd" + head + struct.pack("<H", crc.crc) + bytes(13 if signed else 0)
-    assert [received.sequence for received in FrameReader().feed(frame + frame)] == [7, 7]
+    assert [received.header.sequence for received in FrameReader().feed(frame + frame)] == [7, 7]
 
 
 @given(st.sampled_from(sorted(dialect.mavlink_map)), st.binary(min_size=255, max_size=255))
@@ -79,7 +79,7 @@ def test_both_versions_of_the_protocol_and_unknown_messages_are_understood():
     unknown = b"\xfd" + bytes([2, 0, 0, 9, 42, 1, 0x39, 0x30, 0]) + b"ab" + b"\x12\x34"
     (received,) = reader.feed(unknown)
     assert isinstance(received.message, dialect.MAVLink_unknown)
-    assert (received.system, received.component, received.sequence, received.frame) == (42, 1, 9, unknown)
+    assert (received.header.sender, received.header.sequence, received.frame) == ((42, 1), 9, unknown)
 
 
 def test_losses_are_counted_by_sequence_number():

@@ -71,12 +71,12 @@ def test_modes_and_waiting(kite):
 def test_history_and_link_tell_what_was_flown(kite):
     """The kite of this simulation hangs still: a minute of its states, with the tenth that is lost missing."""
     kite.wait(60.0)
-    last = kite.history.arrays(seconds=30.0)
-    assert len(last["time_s"]) == pytest.approx(0.9 * 30 * 50, rel=0.03)
-    assert np.all(np.diff(last["time_s"]) > 0.0) and np.ptp(last["time_s"]) == pytest.approx(30.0, abs=0.1)
-    assert last["azimuth"] == pytest.approx(0.1) and last["airspeed"] == pytest.approx(20.0)
-    assert last["sample_age_s"] == pytest.approx(0.0, abs=1e-6)
-    assert len(kite.history["course"]) == len(kite.history) > len(last["time_s"])
+    last = kite.history.record(seconds=30.0)
+    assert len(last.time_s) == pytest.approx(0.9 * 30 * 50, rel=0.03)
+    assert np.all(np.diff(last.time_s) > 0.0) and np.ptp(last.time_s) == pytest.approx(30.0, abs=0.1)
+    assert last.azimuth == pytest.approx(0.1) and last.airspeed == pytest.approx(20.0)
+    assert last.sample_age_s == pytest.approx(0.0, abs=1e-6)
+    assert len(kite.history["course"]) == len(kite.history) > len(last.time_s)
     link = kite.link()
     assert link.loss == pytest.approx(0.1, abs=0.06) and link.rate_hz == pytest.approx(0.9 * 57, rel=0.1)
     assert link.round_trip and link.round_trip.median_s == pytest.approx(0.2, abs=0.03)
@@ -105,14 +105,14 @@ def test_a_notebook_may_read_all_the_time_while_the_kite_talks(simulated_kite):
         state = kite.state.kite
         assert state is not None
         for _ in range(50_000):
-            kite.history.observe(0.0, state, b"")
+            kite.history.observe(kite.session.connection.clock(), state, b"")
         copies, grown, links = [], len(kite.history), []
         while len(copies) < 100 or len(kite.history) < grown + 500:
-            rows = kite.history.arrays()
-            copies.append(len(rows["time_s"]))
-            assert np.all(np.diff(rows["time_s"][-5000:]) >= 0.0) and len(rows["course"]) == copies[-1]
+            flight = kite.history.record()
+            copies.append(len(flight.time_s))
+            assert np.all(np.diff(flight.time_s[-5000:]) >= 0.0) and len(flight.course) == copies[-1]
             links.append(kite.link())
-            kite.history.arrays(seconds=1.0)
+            kite.history.record(seconds=1.0)
         kite.wait(1.0)
         assert copies == sorted(copies) and copies[-1] > copies[0]
         assert links[-1].rate_hz > 40.0 and links[-1].loss == 0.0

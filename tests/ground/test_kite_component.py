@@ -5,16 +5,16 @@ import os
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from ground.logs.quantities import flight_table, link_quality
-from ground.logs.reader import read_flight_log
+from ground.logs.quantities import link_quality, recorded_flight
+from ground.logs.reader import read_message_log
 from ground.replay.numbering import renumbered
 from ground.replay.player import Replay
+from kite_analysis.flights.record import COLUMNS, FlightRecord
+from kite_analysis.flights.telemetry import read_tlog_record
 from kite_analysis.flights.tlog import TlogWriter, read_tlog
-from kite_analysis.flights.tlog_record import read_tlog_record
 from protocol import dialect
 from sim_bridge.flight.flight import Flight, TickRecord
 from sim_bridge.runtimes.memory import MemoryRuntime
@@ -93,17 +93,19 @@ def test_there_would_have_been_loss_before(logged, tmp_path):
 
 def test_a_log_of_either_kind_gives_the_same_flight(logged, tmp_path):
     as_before(logged, tmp_path / "old.tlog")
-    tables: list[dict[str, Any]] = []
+    flights: list[FlightRecord] = []
     for path in (logged, tmp_path / "old.tlog"):
-        log = read_flight_log(path)
+        log = read_message_log(path)
         assert log.vehicle() == (1, OLD)
-        tables.append(flight_table(log, log.vehicle()))
+        flights.append(recorded_flight(log, log.vehicle()))
         _, loss, rate = link_quality(log, log.vehicle())
         assert max(loss) == 0.0 and rate[-1] > 40.0
-    new, old = tables
-    assert len(new["time_s"]) > 250
-    for name, values in new.items():
-        assert values == pytest.approx(old[name], nan_ok=True), name
+    new, old = flights
+    assert len(new.time_s) > 250
+    for name in ("time_s", *COLUMNS):
+        assert getattr(new, name) == pytest.approx(getattr(old, name), nan_ok=True), name
+    for name, values in new.further.items():
+        assert values == pytest.approx(old.further[name], nan_ok=True), name
     records = [read_tlog_record(path) for path in (logged, tmp_path / "old.tlog")]
     assert records[0].course == pytest.approx(records[1].course, nan_ok=True)
 
@@ -113,9 +115,9 @@ def test_a_log_without_a_heartbeat_is_of_the_autopilot_all_the_same(logged, tmp_
         for time_us, frame in read_tlog(logged):
             if int.from_bytes(frame[7:10], "little") == STATE:
                 log.write(time_us, frame)
-    log = read_flight_log(tmp_path / "cut.tlog")
+    log = read_message_log(tmp_path / "cut.tlog")
     assert log.vehicle() == (1, OLD)
-    assert len(flight_table(log, log.vehicle())["time_s"]) > 250
+    assert len(recorded_flight(log, log.vehicle()).time_s) > 250
 
 
 def test_a_replay_that_is_asked_for_the_state_numbers_it_with_its_own(logged):
@@ -132,7 +134,7 @@ def test_a_replay_that_is_asked_for_the_state_numbers_it_with_its_own(logged):
             return data
 
     transport, now = Transport(), [0.0]
-    replay = Replay(read_flight_log(logged), transport, lambda: now[0])  # type: ignore[arg-type]
+    replay = Replay(read_message_log(logged), transport, lambda: now[0])  # type: ignore[arg-type]
     ask = dialect.MAVLink_command_long_message(1, 1, 512, 0, float(STATE), 0, 0, 0, 0, 0, 0)
     while replay.poll(0.0):
         now[0] += 0.05

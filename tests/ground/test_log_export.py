@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from ground.cli.main import main
-from ground.logs.quantities import unwrap_clock
-from ground.logs.reader import FlightLog, read_flight_log
+from ground.logs.reader import MessageLog, read_message_log
 from kite_analysis.flights.tlog import TlogWriter
 from protocol import dialect
+from protocol.clock import counted_on
 from sim_bridge.links.emulation import LinkSettings
 from tests.ground.recorded_flights import record
 
@@ -25,12 +25,12 @@ def folder(tmp_path_factory) -> Path:
 
 
 @pytest.fixture
-def flight(flying_kite, folder) -> FlightLog:
+def flight(flying_kite, folder) -> MessageLog:
     path = folder / "flight.tlog"
-    return read_flight_log(path) if path.exists() else record(flying_kite("paper-delay-tuned"), path)
+    return read_message_log(path) if path.exists() else record(flying_kite("paper-delay-tuned"), path)
 
 
-def states(log: FlightLog) -> list[dialect.MAVLink_kite_state_message]:
+def states(log: MessageLog) -> list[dialect.MAVLink_kite_state_message]:
     return [entry.message for entry in log.messages if isinstance(entry.message, dialect.MAVLink_kite_state_message)]
 
 
@@ -77,11 +77,11 @@ def test_messages_that_overtook_each_other_are_put_in_order(simulated_kite, oper
 def test_a_clock_that_wraps_and_a_board_that_starts_anew():
     received_s = np.arange(0.0, 3000.0, 0.5)
     wrapping_us = (received_s * 1e6 + 5e8) % WRAP_US
-    assert unwrap_clock(wrapping_us, received_s) == pytest.approx(received_s)
+    assert counted_on(wrapping_us, received_s) == pytest.approx(received_s)
     anew_us = np.where(received_s < 700.0, wrapping_us, (received_s - 700.0) * 1e6 % WRAP_US)
-    assert unwrap_clock(anew_us, received_s) == pytest.approx(received_s)
+    assert counted_on(anew_us, received_s) == pytest.approx(received_s)
     silent = (received_s < 100.0) | (received_s > 1500.0)
-    assert unwrap_clock(wrapping_us[silent], received_s[silent]) == pytest.approx(received_s[silent])
+    assert counted_on(wrapping_us[silent], received_s[silent]) == pytest.approx(received_s[silent])
 
 
 def test_every_message_in_a_file_of_its_kind(flight, tmp_path):
@@ -136,7 +136,7 @@ def test_wild_stamps_cost_nothing_but_their_time(flight, tmp_path, capsys, wild_
     assert not ulog.file_corruption
     assert ulog.msg_info_dict["log_start_utc_us"] == pytest.approx(flight.start_us, abs=1e6)
     assert len(ulog.get_dataset("kite_state").data["timestamp"]) == len(states(flight))
-    again = read_flight_log(wild)
+    again = read_message_log(wild)
     assert len(again.messages) == len(flight.messages)
     assert again.duration_s == pytest.approx(flight.duration_s, rel=0.05)
     assert main(["log", "export", str(wild)]) == 0
@@ -152,7 +152,7 @@ def test_a_log_of_nothing_but_wild_stamps_counts_from_its_start(flight, tmp_path
     assert main(["log", "export", str(wild), "--format", "ulog"]) == main(["log", "export", str(wild)]) == 0
     assert main(["plot", str(wild)]) == 2
     assert "lasts 0.0 s: nothing of it is from 0 to 0 s" in capsys.readouterr().err
-    assert read_flight_log(wild).start_us == 0
+    assert read_message_log(wild).start_us == 0
 
 
 def test_what_cannot_be_exported_is_answered_in_one_line(flight, tmp_path, capsys):

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from ground.cli.main import main
 from ground.logs.plot import flight_of, plot_log
-from ground.logs.reader import FlightLog, read_flight_log
+from ground.logs.reader import MessageLog, read_message_log
 from ground.logs.sky import View
 from kite_analysis.figure_eight import TargetEight, great_circle_distance, unit_position
 from tests.ground.recorded_flights import record
@@ -24,10 +24,10 @@ def folder(tmp_path_factory):
 
 
 @pytest.fixture
-def flight(flying_kite, folder) -> FlightLog:
+def flight(flying_kite, folder) -> MessageLog:
     """Over a link of 0.1 s there and back that loses 10 % each way."""
     path = folder / "flight.tlog"
-    return read_flight_log(path) if path.exists() else record(flying_kite("paper-delay-tuned", loss=0.1), path)
+    return read_message_log(path) if path.exists() else record(flying_kite("paper-delay-tuned", loss=0.1), path)
 
 
 def lines(axes) -> dict[str, np.ndarray]:

@@ -19,7 +19,7 @@ from ground.link.links import Links
 from ground.link.statistics import LinkStatistics
 from ground.link.transports import OnePeer
 from ground.logs.parameters import LoggedParameters
-from ground.logs.reader import FlightLog, read_flight_log
+from ground.logs.reader import MessageLog, read_message_log
 from ground.logs.recorder import Recorder
 from ground.replay.numbering import renumbered
 from ground.replay.player import Replay
@@ -36,7 +36,7 @@ _SEEN = (dialect.MAVLink_kite_state_message, dialect.MAVLink_heartbeat_message, 
 class Replayed:
     """A replay and the ground station that watches it, on one simulated clock; time passes while the latter waits."""
 
-    def __init__(self, log: FlightLog, **settings) -> None:
+    def __init__(self, log: MessageLog, **settings) -> None:
         self._now_s = 0.0
         self._down: deque[bytes] = deque()
         self._up: deque[bytes] = deque()
@@ -84,10 +84,10 @@ def folder(tmp_path_factory):
 
 
 @pytest.fixture
-def flight(flying_kite, folder) -> FlightLog:
+def flight(flying_kite, folder) -> MessageLog:
     """14 s of flight over a link that loses 5 % each way."""
     path = folder / "flight.tlog"
-    return read_flight_log(path) if path.exists() else record(flying_kite("paper-delay-tuned", loss=0.05), path)
+    return read_message_log(path) if path.exists() else record(flying_kite("paper-delay-tuned", loss=0.05), path)
 
 
 def test_a_replay_recorded_again_is_the_same_flight(flight, tmp_path):
@@ -95,7 +95,7 @@ def test_a_replay_recorded_again_is_the_same_flight(flight, tmp_path):
     path = tmp_path / "again.tlog"
     with Recorder(again.session.connection, path, 1.7e9):
         again.to_the_end()
-    second = read_flight_log(path)
+    second = read_message_log(path)
     for kind in _SEEN:
         assert payloads(second, kind) == payloads(flight, kind), kind.msgname
     assert len(payloads(second, dialect.MAVLink_kite_state_message)) > 500
@@ -120,7 +120,7 @@ def test_a_ground_station_that_connects_gets_the_parameters_of_that_moment(fligh
     entries = list(flight.of(flight.vehicle()))
     recorded = LinkStatistics()
     for entry in entries[next(at for at, entry in enumerate(entries) if entry.message.get_type() == "HEARTBEAT"):]:
-        recorded.add(entry.time_s, entry.sequence, entry.sender.component)
+        recorded.add(entry.time_s, entry.header.sequence, entry.sender.component)
     assert session.connection.statistics.lost == recorded.lost > 20
     assert again.replay.answered > 10
     assert session.state.mode == dialect.KITE_MODE_TRACK
@@ -148,7 +148,7 @@ def test_a_log_with_some_of_the_parameters_or_none_leaves_nobody_waiting(flight,
             for entry in flight.messages:
                 if getattr(entry.message, "param_id", None) in (None, *kept):
                     writer.write(flight.start_us + round(entry.time_s * 1e6), entry.frame)
-        session = Replayed(read_flight_log(path), loop=True).session
+        session = Replayed(read_message_log(path), loop=True).session
         session.find_vehicle(5.0)
         with pytest.raises(VehicleError):
             session.parameters.fetch("EIGHT_HALF_W")

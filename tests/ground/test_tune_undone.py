@@ -165,8 +165,8 @@ def test_identified_settings_that_make_the_flight_run_away_are_undone_at_once(fl
     """Settings of the wrong sign stand for an identification that went wrong."""
     kite = flying_kite("small-kite-paper")
     before = {name: kite.firmware_parameter(name) for name in IDENTIFIED}
-    monkeypatch.setattr("ground.cli.identify.propose", lambda *inputs: (
-        {"TURN_K": 0.3, "PRED_DELAY": 0.9}, {"INNER_P": 30.0}))
+    monkeypatch.setattr("ground.cli.identify.propose", lambda *inputs: {
+        "TURN_K": 0.3, "PRED_DELAY": 0.9, "INNER_P": 30.0})
     operator = operator_of(kite)
     assert operator.runs("tune", "--identify", "--yes") == 0
     assert "the flight diverged" in operator.remarked and "old values restored" in operator.said

@@ -18,7 +18,7 @@ class FlownLoop:
     """Small errors on a great circle, exactly between events: d' = -w c, c' = w d + the steering that is held."""
 
     def __init__(self, delay_s: float, gain: float, seed: int = 1, **link: float):
-        down, up = (LinkSettings(delay_s=part, **link) for part in split(delay_s, HZ))
+        down, up = (LinkSettings(delay_s=part, **link) for part in split(delay_s, 1.0 / HZ))
         self._down, self._up = LinkDirection(down, f"{seed}:down"), LinkDirection(up, f"{seed}:up")
         self._gain = gain
         self.cross_track, self.course, self._time = 1e-3, 0.0, 0.0
@@ -70,7 +70,7 @@ class FlownLoop:
 
 
 def predicted(delay_s: float, jitter_s: float = 0.0, loss: float = 0.0, loss_burst: float = 0.0):
-    down, up = (Path(part, jitter_s, loss, loss_burst) for part in split(delay_s, HZ))
+    down, up = (Path(part, jitter_s, loss, loss_burst) for part in split(delay_s, 1.0 / HZ))
     return effective_delay(down, up, HZ)
 
 

@@ -9,7 +9,7 @@ import pytest
 from kite_analysis.figure_eight import turning_angle
 from kite_analysis.flights.columns import FlightDataError
 from kite_analysis.flights.reader import read_record
-from kite_analysis.flights.record import FlightRecord
+from kite_analysis.flights.record import FlightRecord, as_recorded
 from kite_analysis.identification.actuator_fit import identify_actuator
 from kite_analysis.identification.actuator_model import ActuatorModel, follow
 from kite_analysis.identification.turning_rate_fit import identify_law, identify_together, score
@@ -22,10 +22,7 @@ K, GRAVITY, OFFSET = 0.2, 3.5, 0.1
 
 def record(time_s, **columns) -> FlightRecord:
     """A record every 0.1 s of the given columns, the rest missing."""
-    missing = {name: np.full(len(time_s), np.nan) for name in (
-        "azimuth", "elevation", "course", "heading", "airspeed", "distance", "steering", "set_steering")}
-    return FlightRecord("made up", "", PERIOD_S, 1.1, False, 0.0, time_s, selected=np.ones(len(time_s), dtype=bool),
-                        **(missing | columns))
+    return as_recorded(time_s, columns, "made up", smoothing_s=1.1, smooth_both=False)._replace(period_s=PERIOD_S)
 
 
 def flown(steering, disturbance=None) -> FlightRecord:

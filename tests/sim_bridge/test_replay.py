@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kite_analysis.figure_eight import TargetEight, turning_angle, unit_position, wrap
+from kite_analysis.angles import wrap
+from kite_analysis.figure_eight import TargetEight, turning_angle, unit_position
 from kite_analysis.flights.real_flight import fit_eight, read_flight
 from sim_bridge.cli.main import main
 from sim_bridge.studies.real_flight import play
@@ -25,8 +26,8 @@ def test_the_firmware_finds_the_recorded_course_from_positions_alone(path):
     replay = play(path, "cpython", print)
     assert replay.numbers["turning_angle_rms_deg"] < 7.0
     assert abs(replay.numbers["turning_angle_bias_deg"]) < 1.0
-    flown = replay.tracking & replay.data.reel_out
-    assert flown.sum() > 0.9 * replay.data.reel_out.sum()
+    flown = replay.tracking & replay.data.selected
+    assert flown.sum() > 0.9 * replay.data.selected.sum()
     assert np.corrcoef(replay.steering_asked[flown], replay.data.steering[flown])[0, 1] > 0.3
 
 
@@ -36,7 +37,7 @@ def test_the_recorded_course_is_the_direction_of_the_recorded_positions(path):
     data = read_flight(path)
     position = unit_position(data.azimuth, data.elevation)
     course = turning_angle(position[2:-2], position[4:] - position[:-4])
-    error = wrap(course - data.course[2:-2])[data.reel_out[2:-2]]
+    error = wrap(course - data.course[2:-2])[data.selected[2:-2]]
     assert np.degrees(np.sqrt(np.mean(error**2))) < 5.0
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kite_analysis.figure_eight import wrap
+from kite_analysis.angles import wrap
 from kite_analysis.metrics import VERDICTS
 from protocol import dialect
 from sim_bridge.cli.main import main

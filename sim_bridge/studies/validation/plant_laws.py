@@ -134,10 +134,11 @@ def paper_table(notice: Notice) -> str:
     rows = []
     for plant in PLANTS:
         cells = [plant]
-        for flight in paper_flights(plant):
+        flights = paper_flights(plant)
+        for flight in flights:
             numbers = run_scenario(flight.scenario, RunOptions(), notice=notice).numbers
             cells.append(f"{numbers['verdict']}, {numbers['cross_track_rms_rad']:.3f}")
-        rows.append([*cells, f"{paper_flights(plant)[1].scenario.link.control.delay_s:g}"])
+        rows.append([*cells, f"{flights[-1].scenario.link.control.delay_s:g}"])
         notice(f"the paper's flights on {plant}: flown")
     return table(("plant", "no delay, P 10 [rad RMS]", "delay, P 10 [rad RMS]", "delay, P 1/(e τ) [rad RMS]", "τ [s]"),
                  rows)

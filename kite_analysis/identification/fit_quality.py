@@ -1,4 +1,4 @@
-"""Standard deviations of least-squares estimates whose residuals are correlated in time."""
+"""How good a least-squares fit is whose residuals are correlated in time: standard deviations, and R2."""
 
 import numpy as np
 
@@ -28,3 +28,9 @@ def blocked_std(jacobian: Array, residual: Array, block_rows: int) -> Array:
     correction = blocks / max(1, blocks - unknowns)
     variance = correction * np.diag(bread @ (scores.T @ scores) @ bread)
     return np.sqrt(np.maximum(variance, 0.0)) / scale
+
+
+def r_squared(measured: Array, residual: Array) -> float:
+    """1 - the sum of squared residuals over that of the measured about their mean; NaN for a constant."""
+    about_mean = float(np.sum((measured - np.mean(measured)) ** 2))
+    return 1.0 - float(np.sum(residual**2)) / about_mean if about_mean > 0.0 else np.nan
