@@ -1,7 +1,7 @@
-"""Gain schedule: P and L from dimensionless gains, as airspeed and line length change.
+"""The gains P and L from dimensionless ones, as airspeed and line length change.
 
 J. H. Baayen, "Trajectory tracking control of kites with system delay" (2012), proposition 4.1, fixes P tau'; with time
-scaled by tau' and lengths by the line length R, the outer loop's gain enters the whole loop only as L v tau' / R.
+counted in tau' and ways in line lengths R, the outer loop's gain enters the whole loop as L v tau' / R alone.
 """
 
 from ..parameters.generated_parameters import AIRSPEED_MIN, GAIN_L_TAU, GAIN_P_TAU, GAIN_TAU, LOOP_HZ
@@ -25,7 +25,7 @@ class GainSchedule:
         self._speed = 0.0  # v / R, smoothed [1/s]
 
     def load(self, values):
-        """Load the settings from the parameters' `values`."""
+        """Take the parameters over from their `values`."""
         self._active = values[GAIN_TAU] > 0.0
         self.known = self.known and self._active
         self._delay = values[GAIN_TAU] + 0.5 / values[LOOP_HZ]
@@ -34,7 +34,7 @@ class GainSchedule:
         self._airspeed_min = values[AIRSPEED_MIN]
 
     def update(self, kite):
-        """Update the gains from a new sample of the `kite`, an estimate."""
+        """Follow a new sample of the `kite`, an estimate."""
         if not self._active:
             return
         speed = max(kite.airspeed, self._airspeed_min) / kite.distance

@@ -1,4 +1,4 @@
-"""Outer loop: the nearest point of the target curve, and the target turning angle that leads onto it.
+"""Outer loop: the nearest point of the target curve, and the direction that leads onto it.
 
 J. H. Baayen, "Trajectory tracking control of kites with system delay" (2012), section 2.2.
 """
@@ -26,7 +26,7 @@ class GuidanceConfig:
         self.filter_time = 0.0
 
     def load(self, values):
-        """Load the settings from the parameters' `values`."""
+        """Take the parameters over from their `values`."""
         self.gain_l = values[OUTER_L]
         self.filter_time = values[FF_FILTER]
 
@@ -54,13 +54,13 @@ class Guidance:
         self._candidate = None
 
     def stop(self):
-        """Forget the strand: the next step picks the best one again."""
+        """Forget the strand: the next step picks the best one anew."""
         self.running = False
         self.target_rate = 0.0
         self._pace = 0.0
 
     def scan(self, frame, course):
-        """Scan one more point of the whole curve, so that a distant kite finds the curve without a costly search."""
+        """Look at one more point of the whole curve, so that a far kite finds its way without a costly search."""
         if self._exact and self.running and abs(self.cross_track) < self.curve.half_height:
             self._scan_index = 0  # on its strand, and each tick has enough to do
             self._scan_best = -9.0
@@ -97,7 +97,7 @@ class Guidance:
         self.running = True
 
     def step_exactly(self, kite):
-        """Update the target for a predicted `kite`, each tick; the target's rate is then exact."""
+        """Update the target for a predicted `kite`, each tick; the target's rate is then no difference."""
         before = self.path_parameter
         self.path_parameter = before + self._pace  # so near that the search has little to do
         self._close = _CLOSE_EACH_TICK

@@ -33,7 +33,7 @@ class SteeringConfig:
         self.rate_limit = 0.0
 
     def load(self, values):
-        """Load the settings from the parameters' `values`."""
+        """Take the parameters over from their `values`."""
         self.gain_p = values[INNER_P]
         self.feed_forward = values[FF_GAIN]
         self.turn_k = values[TURN_K]
@@ -45,7 +45,7 @@ class SteeringConfig:
 
 
 class Steering:
-    """State of the inner loop: `asked`, the commanded steering in [-1, 1], and what limited it in `status`."""
+    """State of the inner loop: `asked`, the steering in [-1, 1], and what limited it in `status`."""
 
     def __init__(self):
         self.config = SteeringConfig()
@@ -80,13 +80,13 @@ class Steering:
         self._limit(rate / full, dt)
 
     def hold(self, steering, dt):
-        """Command `steering` as given, within the limits."""
+        """Ask for `steering` as given, within the limits."""
         self.status = 0
         self.error = 0.0
         self._limit(steering, dt)
 
     def release(self):
-        """Command neutral steering at once, without the rate limit."""
+        """Ask for neutral steering, at once: nobody steers."""
         self.status = 0
         self.error = 0.0
         self.asked = 0.0
