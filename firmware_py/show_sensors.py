@@ -1,4 +1,4 @@
-"""At a board's console, `import firmware_py.show_sensors` prints the encoders' readings, to set them up."""
+"""At a board's console, `import firmware_py.show_sensors`: what the encoders read, for setting them up."""
 
 import sys
 import time

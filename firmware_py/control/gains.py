@@ -1,7 +1,7 @@
 """The gains that are flown with: those of the parameters, or gains scheduled from airspeed and line length.
 
 J. H. Baayen, "Trajectory tracking control of kites with system delay" (2012), proposition 4.1, fixes P tau'; with time
-scaled by tau' and lengths by the line length R, the outer loop's gain enters the whole loop only as L v tau' / R.
+counted in tau' and ways in line lengths R, the outer loop's gain enters the whole loop as L v tau' / R alone.
 """
 
 from ..parameters.generated_parameters import (

@@ -1,4 +1,4 @@
-"""Outer loop: the nearest point of the target curve, and the target turning angle that leads onto it.
+"""Outer loop: the nearest point of the target curve, and the direction that leads onto it.
 
 J. H. Baayen, "Trajectory tracking control of kites with system delay" (2012), section 2.2.
 """
@@ -52,13 +52,13 @@ class Guidance:
         self._candidate = None
 
     def stop(self):
-        """Forget the strand: the next step picks the best one again."""
+        """Forget the strand: the next step picks the best one anew."""
         self.running = False
         self.target_rate = 0.0
         self._pace = 0.0
 
     def scan(self, frame, course):
-        """Scan one more point of the whole curve, so that a distant kite finds the curve without a costly search."""
+        """Look at one more point of the whole curve, so that a far kite finds its way without a costly search."""
         if self._exact and self.running and abs(self.cross_track) < self.curve.half_height:
             self._scan_index = 0  # on its strand, and each tick has enough to do
             self._scan_best = -9.0

@@ -39,7 +39,7 @@ class SteeringConfig:
 
 
 class Steering:
-    """State of the inner loop: `asked`, the commanded steering in [-1, 1], and what limited it in `status`."""
+    """State of the inner loop: `asked`, the steering in [-1, 1], and what limited it in `status`."""
 
     def __init__(self):
         self.config = SteeringConfig()
@@ -74,13 +74,13 @@ class Steering:
         self._limit(rate / full, dt)
 
     def hold(self, steering, dt):
-        """Command `steering` as given, within the limits."""
+        """Ask for `steering` as given, within the limits."""
         self.status = 0
         self.error = 0.0
         self._limit(steering, dt)
 
     def release(self):
-        """Command neutral steering at once, without the rate limit."""
+        """Ask for neutral steering, at once: nobody steers."""
         self.status = 0
         self.error = 0.0
         self.asked = 0.0

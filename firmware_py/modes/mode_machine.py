@@ -1,4 +1,4 @@
-"""Modes, arming, and the fail-safes for missing samples, a silent ground station and low elevation."""
+"""Modes, arming, and what happens when something is missing: samples, the ground station, height."""
 
 from math import radians
 

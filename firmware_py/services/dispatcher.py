@@ -1,4 +1,4 @@
-"""Answers requests of ground stations: parameters, commands, time, files."""
+"""Answers what ground stations ask: parameters, commands, time, files."""
 
 from ..generated_enums import (
     MAV_RESULT_ACCEPTED,

@@ -1,4 +1,4 @@
-"""MAV_CMD_PREFLIGHT_STORAGE: a ground station reads, writes and resets the stored parameters."""
+"""MAV_CMD_PREFLIGHT_STORAGE: a ground station reads, writes and resets what is on flash."""
 
 from ..generated_enums import (
     MAV_RESULT_ACCEPTED,

@@ -1,4 +1,4 @@
-"""Periodic messages: heartbeat, status, state, position, texts."""
+"""What the kite says by itself: heartbeat, status, state, position, texts."""
 
 from math import cos, sin
 
@@ -45,7 +45,7 @@ _OF_MODE = _STREAMS.index(CURRENT_MODE)
 class Telemetry:
     """Sends what is due; a heartbeat also at once when the mode changes. `autopilot` is read, never written.
 
-    Messages that the link has no room for are skipped, except the heartbeat; texts wait.
+    What the link has no room for is left out, except the heartbeat; texts wait.
     """
 
     def __init__(self, link, autopilot):
@@ -59,7 +59,7 @@ class Telemetry:
         self._mode_is_told = False  # CURRENT_MODE: a station that does not know it would miss its sequence numbers
 
     def say(self, severity, text):
-        """Queue a text for the operator, at most 50 characters; if the queue is full, the oldest is dropped."""
+        """Queue a text for the operator, at most 50 characters; the oldest gives way."""
         if len(self._texts) >= _TEXTS:
             self._texts.pop(0)
         self._texts.append((severity, text.encode(), 0, 0))

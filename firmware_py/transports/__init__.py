@@ -1,1 +1,1 @@
-"""Transports: how bytes reach and leave the firmware."""
+"""Ways for bytes to reach the firmware and leave it."""

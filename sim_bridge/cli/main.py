@@ -67,8 +67,7 @@ def _parser() -> argparse.ArgumentParser:
 
     bench = verbs.add_parser("bench", help="measure the speed of the loop on this machine")
     bench.add_argument("--runtime", choices=("inproc", "micropython"), default="inproc",
-                       help="inproc: speed of a simulated flight; micropython: memory and time of a tick "
-                            "(default: inproc)")
+                       help="inproc: simulation speed; micropython: memory and time of a tick (default: inproc)")
     bench.add_argument("--scenario", metavar="NAME",
                        help="scenario to fly (default: paper-delay-tuned; small-kite for micropython)")
     bench.add_argument("--duration", type=positive, metavar="S",

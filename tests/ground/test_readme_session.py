@@ -32,7 +32,7 @@ def test_a_gain_that_is_too_much_is_seen_to_be_and_what_helps_helps(flying_kite,
     assert errors(kite)[0] > 6.0
     operator.runs("param", "set", "INNER_P", "1.84")
     kite.sleep(30.0 + 10.0)
-    off = promised("kite-ground param set INNER_P 1.84", r"some (\d+) deg")
+    off = promised("kite-ground param set INNER_P 1.84", r"with (\d+) deg")
     assert abs(errors(kite)[0] - off) < 0.5
     operator.runs("param", "set", "FF_GAIN", "1")
     kite.sleep(30.0)
@@ -40,7 +40,7 @@ def test_a_gain_that_is_too_much_is_seen_to_be_and_what_helps_helps(flying_kite,
 
 
 def test_a_larger_gain_follows_the_eight_closer_until_it_is_unstable(flying_kite):
-    said = re.search(r"([\d.]+) deg at 1.84, ([\d.]+) deg at 6, and beyond ([\d.]+) it is\s+unstable", README)
+    said = re.search(r"([\d.]+) deg at 1.84, ([\d.]+) deg at 6; above ([\d.]+) it is\s+unstable", README)
     assert said
     for gain, off in ((1.84, float(said[1])), (6.0, float(said[2]))):
         kite = flying_kite("paper-delay-tuned", INNER_P=gain)

@@ -48,7 +48,7 @@ def test_every_command_that_draws_asks_before_it_works_and_writes_over_nothing(h
         assert kite_sitl([*words, "--plot", "--force"]) == 0
         assert (here / name).read_bytes()[:4] == b"\x89PNG"
     assert kite_sitl([*SWEEP, "--plot"]) == 0  # a sweep that goes on draws its own map again
-    for out, says in (("flight-identify.png", "already exists"), ("x.txt", "ends in .png, .svg, .pdf or .jpg")):
+    for out, says in (("flight-identify.png", "already exists"), ("x.txt", "must end in .png, .svg, .pdf or .jpg")):
         assert kite_ground(["plot", "flight/control.tlog", "--out", out]) == 2
         assert says in capsys.readouterr().err
     assert kite_ground(["plot", "flight/control.tlog", "--out", "flight-identify.png", "--force"]) == 0
