@@ -55,7 +55,7 @@ class CommandRequests:
         elif command == MAV_CMD_PREFLIGHT_STORAGE:
             result = self._storage.run(values[0])
         elif command == MAV_CMD_REQUEST_MESSAGE:
-            result = self._messages.result(values[0], values[1], now)
+            result = self._messages.result(values[0], values[1])
         elif command == MAV_CMD_SET_MESSAGE_INTERVAL:
             result = self._messages.set_interval(values[0], values[1])
         else:
