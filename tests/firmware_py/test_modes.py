@@ -226,7 +226,7 @@ def test_samples_must_be_fresh_for_half_a_second_before_the_kite_is_steered_agai
     bench.sky = hovering(azimuth=-0.6)  # and the kite may be anywhere by now
     bench.run(0.5)
     assert set(bench.steering) == {0.0}
-    bench.run(0.04)
+    bench.step()
     assert bench.steering[-1] != 0.0
     assert bench.mode == back
     assert bench.texts()[-1] == f"samples fresh again: {'TRACK' if back == TRACK else 'PARK'}"
