@@ -144,9 +144,19 @@ def test_after_a_gap_a_sample_must_follow_from_the_one_before_it_within_stale_ti
 def test_a_sample_from_the_past_or_a_second_time_is_dropped(back_us):
     kite, now = flying()
     before = state(kite)
-    assert not kite.take_at(sample((now - back_us) % WRAP_US, azimuth=0.2), now + 20_000, 0.0)
+    assert not kite.take_at(sample((now - back_us) % WRAP_US, azimuth=-1.0), now + 20_000, 0.0)
     assert (kite.dropped, state(kite)) == (1, before)
     assert kite.take_at(sample(now + 1, azimuth=0.196), now + 20_000, 0.0)
+
+
+@pytest.mark.parametrize("later_us", [1, 2, 20_000])
+def test_a_sample_from_elsewhere_is_what_the_next_one_is_held_against(later_us):
+    """So no stream of jumps is believed one by one; one with an old stamp is no sample at all."""
+    kite, now = flying()
+    assert not kite.take_at(sample(now + later_us, azimuth=-1.0), now + 20_000, 0.0)
+    assert not kite.take_at(sample(now + 40_000, azimuth=0.2), now + 40_000, 0.0)
+    assert kite.take_at(sample(now + 60_000, azimuth=0.204), now + 60_000, 0.0)
+    assert kite.dropped == 2
 
 
 def test_what_is_not_measured_may_be_anything_and_is_stood_in_for():
