@@ -183,3 +183,11 @@ def test_four_commands_wait_for_the_check_of_the_eight_and_more_are_rejected_at_
     accepted = of_kind("COMMAND_ACK", grounded.run(0.5))
     assert [(ack.target_system, ack.result) for ack in accepted] == [(station, ACCEPTED) for station in range(1, 5)]
     assert mode(grounded) == PARK
+
+
+def test_a_curve_that_waits_for_its_check_is_set_without_one_when_the_kite_leaves_track(parked):
+    assert results(parked, frame(1, TO_TRACK)) == [ACCEPTED]
+    parked.tell(set_parameter("EIGHT_ELEVATION", 42.0))
+    parked.step()
+    assert results(parked, frame(2, TO_PARK)) == [ACCEPTED]
+    assert parked.value("EIGHT_ELEVATION") == 42.0
