@@ -73,7 +73,7 @@ $(VENV)/.installed-mutants: $(VENV)/.installed-dev
 ACCEPTANCE := wait take _is_sane _brings_news _is_way distance
 mutants: $(VENV)/.installed-mutants ## break the firmware in a thousand places and see that the tests notice (docs/mutants.md)
 	$(BIN)/mutmut run "firmware_py.modes.mode_machine*" "firmware_py.services.command_*" "firmware_py.services.inbox*" \
-	  "firmware_py.services.dispatcher*" "firmware_py.parameters.store*" \
+	  "firmware_py.services.dispatcher*" "firmware_py.services.request*" "firmware_py.parameters.store*" \
 	  $(foreach name,$(ACCEPTANCE),"firmware_py.estimation.estimator*$(name)*")
 	$(BIN)/python tests/mutants.py
 

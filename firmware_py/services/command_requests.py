@@ -57,7 +57,7 @@ class CommandRequests:
         elif asked == MAV_CMD_PREFLIGHT_STORAGE:
             result = self._storage.run(command.param1)
         elif asked == MAV_CMD_REQUEST_MESSAGE:
-            result = self._messages.result(command.param1, command.param2, now)
+            result = self._messages.result(command.param1, command.param2)
         elif asked == MAV_CMD_SET_MESSAGE_INTERVAL:
             result = self._messages.set_interval(command.param1, command.param2)
         else:

@@ -56,7 +56,7 @@ class MessageRequests:
         self._telemetry = telemetry
         self._modes = []  # those that are still to be told
 
-    def result(self, number, second, now):
+    def result(self, number, second):
         """The MAV_RESULT of a request for message `number` (a float, as it came) with parameter `second`."""
         message = message_id(number)
         if message == MESSAGE_INTERVAL:
@@ -68,7 +68,7 @@ class MessageRequests:
             return MAV_RESULT_ACCEPTED
         if not self._telemetry.sends(message):
             return MAV_RESULT_UNSUPPORTED
-        return MAV_RESULT_ACCEPTED if self._telemetry.can_send(message, now) else MAV_RESULT_TEMPORARILY_REJECTED
+        return MAV_RESULT_ACCEPTED if self._telemetry.can_send(message) else MAV_RESULT_TEMPORARILY_REJECTED
 
     def send(self, number, second, now, uptime_us):
         """Send the message whose request had the result ACCEPTED."""

@@ -104,7 +104,7 @@ class Telemetry:
         """True for a message that is sent regularly."""
         return message in _FROM_START
 
-    def can_send(self, message, now):
+    def can_send(self, message):
         """True if there is something to say in such a message."""
         return message not in _OF_KITE or self._autopilot.kite.has_heard()
 

@@ -159,6 +159,7 @@ class Bench:
         answer = self.ask_for("COMMAND_ACK", command_long(command, first, second))
         assert answer.command == command
         assert (answer.target_system, answer.target_component) == (255, 190)
+        assert (answer.progress, answer.result_param2) == (0, 0)
         return answer.result
 
     def start(self, mode: int) -> None:

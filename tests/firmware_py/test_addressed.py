@@ -2,7 +2,20 @@
 
 import pytest
 from any_message import fields
-from firmware_bench import ARM, DO_SET_MODE, PARK, STANDBY, TRACK, Bench, FlyingKite, command_long, set_parameter
+from firmware_bench import (
+    ARM,
+    DO_SET_MODE,
+    MANUAL,
+    NAMES,
+    PARK,
+    STANDBY,
+    TRACK,
+    Bench,
+    FlyingKite,
+    command_long,
+    of_kind,
+    set_parameter,
+)
 from test_codec import theirs
 from test_foreign_requests import Station
 
@@ -115,3 +128,49 @@ def test_an_address_that_is_changed_is_the_address_from_then_on():
     bench.tell(set_parameter("INNER_P", 2.5, system=9))
     bench.run(0.1)
     assert bench.value("INNER_P") == 2.5
+
+
+@pytest.mark.parametrize("component", [1, 0])
+def test_a_kite_of_another_number_does_all_that_it_is_asked(component):
+    """What is checked as the eight is, and refused, shows that nothing slips past the check under another address."""
+    bench = Bench(FlyingKite())
+    bench.set(SYSTEM_ID=OWN)
+    bench.step()
+    listed = bench.ask(dialect.MAVLink_param_request_list_message(OWN, component)) + bench.run(1.0)
+    assert {value.param_id for value in of_kind("PARAM_VALUE", listed)} == set(NAMES)
+    bench.run(3.0)
+
+    read = dialect.MAVLink_param_request_read_message(OWN, component, b"INNER_P", -1)
+    assert [value.param_id for value in of_kind("PARAM_VALUE", bench.ask(read))] == ["INNER_P"]
+    missions = of_kind("MISSION_COUNT", bench.ask(dialect.MAVLink_mission_request_list_message(OWN, component)))
+    assert [mission.target_system for mission in missions] == [255]
+
+    def command(number: int, first: float, second: float = 0.0) -> list[int]:
+        bench.tell(dialect.MAVLink_command_long_message(OWN, component, number, 0, first, second, 0, 0, 0, 0, 0))
+        return [ack.result for ack in of_kind("COMMAND_ACK", bench.run(0.4))]
+
+    def set_as(name: str, value: float) -> None:
+        bench.tell(dialect.MAVLink_param_set_message(OWN, component, name.encode(), value, 9))
+        bench.run(0.4)
+
+    accepted, rejected = [dialect.MAV_RESULT_ACCEPTED], [dialect.MAV_RESULT_TEMPORARILY_REJECTED]
+    assert command(ARM, 1.0) == command(DO_SET_MODE, 1.0, TRACK) == accepted
+    set_as("EIGHT_LEAST_EL", 40.0)
+    assert bench.value("EIGHT_LEAST_EL") == 10.0
+    assert command(DO_SET_MODE, 1.0, PARK) == accepted
+    set_as("EIGHT_LEAST_EL", 40.0)
+    assert bench.value("EIGHT_LEAST_EL") == 40.0
+    assert command(DO_SET_MODE, 1.0, TRACK) == rejected
+    assert command(DO_SET_MODE, 1.0, MANUAL) == accepted
+
+
+@pytest.mark.parametrize("target", [OWN, 0])
+def test_sticks_are_followed_whatever_their_other_buttons_are(target):
+    bench = Bench()
+    bench.set(SYSTEM_ID=OWN)
+    bench.step()
+    bench.tell(command_long(ARM, 1.0, system=OWN), command_long(DO_SET_MODE, 1.0, MANUAL, system=OWN))
+    bench.run(0.4)
+    bench.tell(dialect.MAVLink_manual_control_message(target, 0, 250, 0, 0, 0, buttons2=5))
+    bench.run(0.06)
+    assert bench.steering[-1] == 0.25

@@ -144,6 +144,34 @@ def test_a_command_is_acknowledged_in_its_tick_beside_questions_without_end():
         assert ack.result == dialect.MAV_RESULT_ACCEPTED
 
 
+def test_the_eight_is_checked_beside_questions_without_end():
+    bench = Bench(FlyingKite())
+    bench.start(PARK)
+    stranger, operator = Station(bench, 66), Station(bench, 254)
+    for _ in range(100):
+        stranger.tell(*[command_long(512, 148.0)] * 20)
+        bench.step()
+    operator.tell(command_long(DO_SET_MODE, 1.0, TRACK))
+    for _ in range(10):
+        stranger.tell(*[command_long(512, 148.0)] * 20)
+        bench.step()
+    assert bench.autopilot.modes.mode == TRACK
+
+
+def test_commands_without_end_are_acknowledged_at_the_pace_that_is_theirs():
+    """54 at once and 27 a second: whoever sends commands again and again cannot take the link."""
+    bench = Bench(FlyingKite())
+    bench.start(TRACK)
+    stations = [Station(bench, system) for system in range(1, 11)]
+    acks = []
+    for _ in range(100):
+        for station in stations:
+            station.tell(command_long(DO_SET_MODE, 1.0, 9.0))
+        acks += of_kind("COMMAND_ACK", bench.step())
+    assert 100 <= len(acks) <= 54 + 2 * 27
+    assert {ack.target_system for ack in acks} == set(range(1, 11))
+
+
 def test_a_list_goes_out_at_once_and_a_second_one_at_the_pace_of_answers():
     bench = Bench()
     request = dialect.MAVLink_param_request_list_message(1, 1)

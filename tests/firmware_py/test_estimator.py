@@ -98,13 +98,65 @@ def test_a_broken_sample_is_dropped_counted_and_changes_nothing(name):
     assert (kite.azimuth, kite.dropped) == (0.208, 1 + (name in _ELSEWHERE))
 
 
+LIMITS = [
+    ("azimuth", -3.2, 3.2), ("elevation", -1.5708, 1.5708), ("distance", 1.0, 10_000.0), ("airspeed", 0.0, 200.0),
+    *((field, math.nextafter(-1e6, 0.0), math.nextafter(1e6, 0.0))
+      for field in ("course", "heading", "tether_force", "steering")),
+]
+
+
+@pytest.mark.parametrize(("field", "least", "greatest"), LIMITS)
+def test_each_limit_of_a_sample_and_one_step_to_either_side(field, least, greatest):
+    for value, taken in (
+            (least, True), (math.nextafter(least, -math.inf), False), (math.nextafter(least, math.inf), True),
+            (greatest, True), (math.nextafter(greatest, math.inf), False), (math.nextafter(greatest, 0.0), True)):
+        kite = estimator()
+        assert kite.take_at(sample(0, **{field: value}), 0, 0.0) is taken, value  # type: ignore[arg-type]
+        assert kite.has_heard() is taken
+        assert kite.is_stale() is not taken
+
+
+@pytest.mark.parametrize(("span_us", "taken"), [
+    (-1, False), (0, False), (1, True), (5_020_000, True), (5_020_001, False), (WRAP_US // 2 - 1, False)])
+def test_a_stamp_may_run_ahead_of_the_firmwares_clock_by_five_seconds(span_us, taken):
+    """A link that catches up brings stamps closer together than they arrive, not further apart."""
+    kite, now = flying()
+    there = sample((now + span_us) % WRAP_US, kite.azimuth)
+    assert kite.take_at(there, now + 20_000, 0.0) is taken
+
+
+@pytest.mark.parametrize(("apart_us", "believed"), [(500_000, False), (500_001, True)])
+def test_after_a_gap_a_sample_must_follow_from_the_one_before_it_within_stale_time(apart_us, believed):
+    """Two samples from two places that no kite flies between: news only if the first is old enough to forget."""
+    kite, now = flying()
+    later = now + 2_000_000
+    assert kite.stale_at(later)
+    broken = sample(later, azimuth=-1.0, airspeed=-1.0)
+    assert not kite.take_at(broken, later, 0.0)  # out of range is not looked at
+    assert kite.take_at(sample(later + 20_000, azimuth=-1.0), later + 20_000, 0.0)
+    assert not kite.take_at(sample(later + 40_000, azimuth=1.0), later + 40_000, 0.0)
+    assert kite.stale_at(later + 520_001)
+    at = later + 40_000 + apart_us
+    assert kite.take_at(sample(at, azimuth=-1.0), at, 0.0) is believed
+
+
 @pytest.mark.parametrize("back_us", [0, 1, 20_000, 200_000, 60_000_000])
 def test_a_sample_from_the_past_or_a_second_time_is_dropped(back_us):
     kite, now = flying()
     before = state(kite)
-    assert not kite.take_at(sample((now - back_us) % WRAP_US, azimuth=0.2), now + 20_000, 0.0)
+    assert not kite.take_at(sample((now - back_us) % WRAP_US, azimuth=-1.0), now + 20_000, 0.0)
     assert (kite.dropped, state(kite)) == (1, before)
     assert kite.take_at(sample(now + 1, azimuth=0.196), now + 20_000, 0.0)
+
+
+@pytest.mark.parametrize("later_us", [1, 2, 20_000])
+def test_a_sample_from_elsewhere_is_what_the_next_one_is_held_against(later_us):
+    """So no stream of jumps is believed one by one; one with an old stamp is no sample at all."""
+    kite, now = flying()
+    assert not kite.take_at(sample(now + later_us, azimuth=-1.0), now + 20_000, 0.0)
+    assert not kite.take_at(sample(now + 40_000, azimuth=0.2), now + 40_000, 0.0)
+    assert kite.take_at(sample(now + 60_000, azimuth=0.204), now + 60_000, 0.0)
+    assert kite.dropped == 2
 
 
 def test_what_is_not_measured_may_be_anything_and_is_stood_in_for():

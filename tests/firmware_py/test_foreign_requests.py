@@ -86,7 +86,9 @@ def test_an_interval_is_kept_and_goes_back_to_the_usual(name, second):
     number = float(NUMBERS[name])
     for interval_us, least, most in ((200000.0, 9, 11), (-1.0, 0, 0), (0.0, 2 * second - 1, 2 * second + 1)):
         assert bench.command(SET_INTERVAL, number, interval_us) == ACCEPTED
-        told = bench.ask_for("MESSAGE_INTERVAL", command_long(GET_INTERVAL, number))
+        answers = bench.ask(command_long(GET_INTERVAL, number))
+        assert [ack.result for ack in of_kind("COMMAND_ACK", answers)] == [ACCEPTED]
+        (told,) = of_kind("MESSAGE_INTERVAL", answers)
         assert told.message_id == number
         assert told.interval_us == (int(interval_us) or 1_000_000 // second)
         assert least <= len(of_kind(name, bench.run(2.0))) <= most

@@ -146,7 +146,7 @@ def test_a_copy_of_the_command_to_track_is_good_after_a_refused_parameter():
         (REQUEST_MESSAGE, math.nan, 0.0, UNSUPPORTED), (ARM, 2.0, 0.0, DENIED), (ARM, math.nan, 0.0, DENIED),
         (ARM, 0.5, 0.0, DENIED), (DO_SET_MODE, 1.0, math.nan, DENIED), (DO_SET_MODE, 1.0, math.inf, DENIED),
         (DO_SET_MODE, 1.0, -1.0, DENIED), (DO_SET_MODE, 1.0, 3e38, DENIED), (DO_SET_MODE, 1.0, 2.5, DENIED),
-        (DO_SET_MODE, 1.0, 4.0, REJECTED), (DO_SET_MODE, 1.0, 255.0, REJECTED),
+        (DO_SET_MODE, 1.0, 256.0, DENIED), (DO_SET_MODE, 1.0, 4.0, REJECTED), (DO_SET_MODE, 1.0, 255.0, REJECTED),
     ],
 )
 def test_what_cannot_be_done_is_refused_and_changes_nothing(command, first, second, result):
@@ -154,6 +154,14 @@ def test_what_cannot_be_done_is_refused_and_changes_nothing(command, first, seco
     bench.start(TRACK)
     assert bench.command(command, first, second) == result
     assert bench.mode == TRACK
+
+
+def test_a_mode_that_there_is_not_is_refused_with_the_reason():
+    bench = Bench()
+    bench.start(PARK)
+    assert bench.change_mode(9) == REJECTED
+    bench.step()
+    assert (bench.mode, bench.texts()) == (PARK, ["no such mode"])
 
 
 def test_a_mode_between_two_modes_does_not_get_past_the_curves_check():
@@ -218,7 +226,7 @@ def test_samples_must_be_fresh_for_half_a_second_before_the_kite_is_steered_agai
     bench.sky = hovering(azimuth=-0.6)  # and the kite may be anywhere by now
     bench.run(0.5)
     assert set(bench.steering) == {0.0}
-    bench.run(0.04)
+    bench.step()
     assert bench.steering[-1] != 0.0
     assert bench.mode == back
     assert bench.texts()[-1] == f"samples fresh again: {'TRACK' if back == TRACK else 'PARK'}"
@@ -264,6 +272,35 @@ def test_disarming_works_without_samples_and_arming_again_does_not():
     assert bench.mode == STANDBY
     assert bench.arm() == ACCEPTED
     assert bench.mode == PARK
+
+
+def test_a_kite_that_was_disarmed_while_stale_is_steered_at_once_when_it_is_armed_again():
+    bench = Bench()
+    bench.start(TRACK)
+    bench.sky = None
+    bench.run(0.6)
+    bench.disarm()
+    bench.sky = hovering()
+    bench.run(1.0)
+    assert not last_state(bench).status & dialect.KITE_STATUS_STALE
+    bench.heard.clear()
+    assert bench.arm() == ACCEPTED
+    bench.step()
+    assert bench.steering[-1] != 0.0
+    assert bench.texts() == ["armed: PARK"]
+
+
+def test_without_a_pilot_manual_lasts_for_manual_time_and_no_tick_longer_or_shorter():
+    bench = Bench()
+    bench.set(MANUAL_TIME=0.5)
+    bench.start(PARK)
+    bench.tell(command_long(DO_SET_MODE, 1.0, MANUAL))
+    bench.step()
+    modes = []
+    for _ in range(27):
+        bench.step()
+        modes.append(bench.autopilot.modes.mode)
+    assert modes == [MANUAL] * 25 + [PARK] * 2
 
 
 def test_manual_follows_the_sticks_and_gives_way_to_park():

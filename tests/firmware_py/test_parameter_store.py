@@ -251,6 +251,11 @@ def test_a_version_with_more_names():
     assert "skipped, unknown here: OLD_GAIN +2" in texts
 
 
+def test_names_of_another_version_are_told_as_far_as_they_can_be_printed():
+    _, report, _ = load_record([(b"\x1f A~\x7f\x80z", 1.0)])
+    assert report.unknown == [" A~z"]
+
+
 TABLE_DEFAULTS = dict(zip(NAMES, DEFAULTS, strict=True))
 OUT_OF_RANGE = [
     ("INNER_P", 51.0), ("INNER_P", -0.001), ("TURN_K", 0.0), ("INNER_P", float("nan")), ("INNER_P", float("inf")),
@@ -309,6 +314,14 @@ def test_a_slot_that_cannot_be_read_counts_as_damaged():
     storage = UnreadableSlot(WHOLE)
     values, report = load(storage)
     assert (values, report.damaged) == (FIRST, 1)
+
+
+@pytest.mark.parametrize("spoilt", SLOTS)
+def test_whether_the_newest_set_is_stored_is_known_beside_a_damaged_slot(spoilt):
+    storage = SimulatedStorage(WHOLE | {spoilt: TORN})
+    left = FIRST if spoilt == SLOT_B else SECOND
+    assert ParameterStore(storage).holds(with_values(left))
+    assert not ParameterStore(storage).holds(with_values(NEW))
 
 
 def test_storage_in_a_folder(tmp_path):

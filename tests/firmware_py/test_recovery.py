@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 import pytest
-from firmware_bench import NAMES, TICKS_PER_SECOND, Bench, FlyingKite, hovering, set_parameter
+from firmware_bench import NAMES, TICKS_PER_SECOND, Bench, FlyingKite, hovering, of_kind, set_parameter
 from simulated_storage import Board, RetainedMemory, SimulatedStorage, flipped, whole_board
 
 from firmware_py.autopilot import Autopilot
@@ -94,6 +94,8 @@ def test_a_watchdog_reset_in_flight():
     assert bench.texts()[:4] == [
         "reset: watchdog", "parameters restored after the reset", "back after a reset: PARK",
         "samples fresh again: PARK"]
+    severities = {message.text: message.severity for message in of_kind("STATUSTEXT", [m for _, m in bench.heard])}
+    assert severities["back after a reset: PARK"] == dialect.MAV_SEVERITY_CRITICAL
 
     assert bench.change_mode(TRACK) == ACCEPTED
     bench.run(1.0)
@@ -335,6 +337,9 @@ def test_a_station_that_comes_later_is_told_once_what_happened():
         bench.run(1.0)
         heard.append(bench.texts())
     assert heard == [["reset: watchdog", "parameters restored after the reset"], [], []]
+    bench._waiting.append(heartbeat_of_a_station().pack(dialect.MAVLink(None, 254, 190)))
+    bench.run(1.0)
+    assert bench.texts() == heard[0]  # another one is told, too
 
 
 def test_more_stations_than_are_counted():
