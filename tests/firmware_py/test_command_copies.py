@@ -119,14 +119,15 @@ def test_commands_without_a_number_are_obeyed_as_they_come(parked):
         assert mode(parked) == wanted
 
 
-def test_a_command_that_was_refused_is_not_one_that_was_obeyed(parked):
+def test_a_copy_of_a_refused_command_stays_refused_and_asking_again_is_a_new_command(parked):
     """TRACK while samples are stale; they are back when its copy comes over the slow link."""
     sky, parked.sky = parked.sky, None
     parked.run(0.6)
     assert results(parked, frame(5, TO_TRACK)) == [REJECTED]
     parked.sky = sky
     parked.run(0.7)
-    assert results(parked, frame(5, TO_TRACK)) == [ACCEPTED]
+    assert results(parked, frame(5, TO_TRACK)) == [REJECTED]
+    assert results(parked, frame(6, TO_TRACK)) == [ACCEPTED]
 
 
 def test_a_copy_of_what_was_overtaken_while_it_waited_is_late(grounded):
@@ -174,14 +175,16 @@ def test_an_arm_in_one_breath_with_a_later_disarm_of_another_station_does_not_ar
     assert "armed: PARK" not in grounded.texts()
 
 
-def test_four_commands_wait_for_the_check_of_the_eight_and_more_are_rejected_at_once(grounded):
+def test_eight_commands_wait_for_the_check_of_the_eight_and_more_are_rejected_at_once(grounded):
     grounded._waiting += [frame(1, ARMING, station) for station in range(1, 7)]
+    assert not of_kind("COMMAND_ACK", grounded.step())
+    grounded._waiting += [frame(1, ARMING, station) for station in range(7, 11)]
     rejected = of_kind("COMMAND_ACK", grounded.step())
     assert [(ack.command, ack.target_system, ack.target_component, ack.result) for ack in rejected] == [
-        (ARM, 5, 190, REJECTED), (ARM, 6, 190, REJECTED)]
+        (ARM, 9, 190, REJECTED), (ARM, 10, 190, REJECTED)]
     assert grounded.autopilot.inbox.refused == 2
     accepted = of_kind("COMMAND_ACK", grounded.run(0.5))
-    assert [(ack.target_system, ack.result) for ack in accepted] == [(station, ACCEPTED) for station in range(1, 5)]
+    assert [(ack.target_system, ack.result) for ack in accepted] == [(station, ACCEPTED) for station in range(1, 9)]
     assert mode(grounded) == PARK
 
 
