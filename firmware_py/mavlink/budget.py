@@ -4,7 +4,10 @@ _SECOND = 1000000
 _REPORT_US = 500000  # a radio's reports are heeded this often at most: it takes a while until one shows an effect
 _FORGET_US = 10000000  # a radio that has told nothing for this long is gone
 _LEAST = 200  # bytes a second
-_SPARE_US = 200000  # one message in this time is let through although there is no room: a list must come to its end
+# One message in this time is let through although there is no room: a list must come to its end. Acknowledgements come
+# more often: a station gives a command up that is not acknowledged.
+_SPARE_US = 200000
+_ACKNOWLEDGEMENT_SPARE_US = 100000
 _MOST = 200000  # beyond it there is no limit to speak of
 _LOW = 20  # [% of a radio's buffer left]: far too much is sent
 _SCARCE = 50
@@ -41,8 +44,10 @@ class LinkBudget:
         self._answers_left = _ANSWERS_AT_ONCE
         self._acknowledgements_left = _ACKNOWLEDGEMENTS_AT_ONCE
         self._texts_left = _TEXTS_AT_ONCE
-        self._spare_us = 0  # without room
-        self._answers_spare_us = 0
+        self._spare = _Spare(_SPARE_US)
+        self._answers_spare = _Spare(_SPARE_US)
+        self._texts_spare = _Spare(_SPARE_US)
+        self._acknowledgements_spare = _Spare(_ACKNOWLEDGEMENT_SPARE_US)
         self._sent = 0
         self._measured = 0  # bytes of the last whole second
         self._second_us = 0
@@ -70,10 +75,10 @@ class LinkBudget:
         most = min(max(earned, rate >> 6), rate >> 2)
         self._left = min(self._left + earned, most)
         self._answers_left = min(self._answers_left + (earned >> 1), most)
-        if self._spare_us < _SPARE_US:
-            self._spare_us += elapsed_us
-        if self._answers_spare_us < _SPARE_US:
-            self._answers_spare_us += elapsed_us
+        self._spare.refill(elapsed_us)
+        self._answers_spare.refill(elapsed_us)
+        self._texts_spare.refill(elapsed_us)
+        self._acknowledgements_spare.refill(elapsed_us)
 
     def spend(self, size):
         """Account for `size` bytes that are sent."""
@@ -93,47 +98,41 @@ class LinkBudget:
         """`size` bytes of those that are sent are a text."""
         self._texts_left -= size
 
-    def has_room(self):
+    def claim_room(self):
         """True if telemetry may be sent; the caller then sends it."""
-        if not self.rate or self._left > 0:
-            return True
-        if self._spare_us < _SPARE_US:
-            return False
-        self._spare_us = 0
-        return True
+        return not self.rate or self._left > 0 or self._spare.take()
 
     def is_crowded(self):
         """True if the rate is unknown and answers take so much that telemetry should be sent half as often."""
         return not self.rate and self._answers_left < _CROWDED
 
-    def has_answer_room(self):
+    def claim_answer_room(self):
         """True if an answer may be sent; the caller then sends it."""
-        rate = self.rate
-        if self._answers_left > 0 and (not rate or self._left > rate >> 7):  # 8 ms: some answers are two frames
+        if self._answers_left > 0 and self._has_line_room():
             return True
-        return self._has_spare()
+        return self.rate > 0 and self._answers_spare.take()
 
-    def has_acknowledgement_room(self):
+    def claim_acknowledgement_room(self):
         """True if an acknowledgement may be sent; the caller then sends it."""
-        return self._acknowledgements_left > 0 and self._has_line_room()
+        return self._acknowledgements_left > 0 and self._has_turn(self._acknowledgements_spare)
 
-    def has_text_room(self):
+    def claim_text_room(self):
         """True if a text may be sent; the caller then sends it."""
-        return self._texts_left > 0 and self._has_line_room()
+        return self._texts_left > 0 and self._has_turn(self._texts_spare)
 
     def longest(self):
         """Maximum size in bytes of a frame that can be split, so that steering waits no longer than 16 ms."""
         return self.rate >> 6 if self.rate else _MOST
 
-    def _has_line_room(self):
-        return not self.rate or self._left > self.rate >> 7 or self._has_spare()
+    def _has_turn(self, spare):
+        """True if the line has room, or had none for a message of this kind for as long as `spare` says."""
+        if self._has_line_room():
+            spare.restart()
+            return True
+        return spare.take()
 
-    def _has_spare(self):
-        """True once in a while on a line that has no room, for answers and acknowledgements."""
-        if not self.rate or self._answers_spare_us < _SPARE_US:
-            return False
-        self._answers_spare_us = 0
-        return True
+    def _has_line_room(self):
+        return not self.rate or self._left > self.rate >> 7  # 8 ms: some answers are two frames
 
     def hear_radio(self, free):
         """A RADIO_STATUS reports `free` percent of the radio's buffer; above 100 is unknown."""
@@ -153,6 +152,29 @@ class LinkBudget:
         self.rate = min(max(rate, _LEAST), limit) if rate else 0
         if not self._most and self.rate >= _MOST:
             self.rate = 0
+
+
+class _Spare:
+    """Lets one message through in `every_us` on a line that has no room; each kind of message has its own."""
+
+    def __init__(self, every_us):
+        self._every_us = every_us
+        self._waited_us = 0
+
+    def refill(self, elapsed_us):
+        """Account for the time since the last call [us]."""
+        self._waited_us = min(self._waited_us + elapsed_us, self._every_us)
+
+    def restart(self):
+        """A message was sent: the next one is not let through before its time."""
+        self._waited_us = 0
+
+    def take(self):
+        """True if a message may be sent now."""
+        if self._waited_us < self._every_us:
+            return False
+        self._waited_us = 0
+        return True
 
 
 def _bytes_in(rate, elapsed_us):

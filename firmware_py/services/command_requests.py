@@ -124,6 +124,6 @@ class Acknowledgements:
     def send_some(self):
         """Send what waits, while there is room."""
         budget = self._link.budget
-        while self._queue.requests and budget.has_acknowledgement_room():
+        while self._queue.requests and budget.claim_acknowledgement_room():
             acknowledgement = self._queue.take_fairly()
             budget.spend_on_acknowledgement(self._link.send(COMMAND_ACK, acknowledgement.values))

@@ -61,7 +61,7 @@ class FileServer:
 
     def serve(self, files, for_us):
         """Answer the oldest of `files` (values, system, component) if it is `for_us(system, component)`."""
-        if not (files or self._bursts) or not self._link.budget.has_answer_room():
+        if not (files or self._bursts) or not self._link.budget.claim_answer_room():
             return
         if files:
             values, system, component = files.pop(0)

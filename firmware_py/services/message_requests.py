@@ -94,7 +94,7 @@ class MessageRequests:
 
     def send_some(self):
         """Tell of the modes that were asked for, while the link has room for answers."""
-        while self._modes and self._link.budget.has_answer_room():
+        while self._modes and self._link.budget.claim_answer_room():
             self._send_mode(self._modes.pop(0))
 
     def set_interval(self, number, interval_us):

@@ -42,20 +42,24 @@ class ParameterRequests:
         if index not in self._unsent:
             self._unsent.append(index)
 
-    def send_some(self):
-        """Go on with what is to be sent, a few a tick, while the link has room for answers."""
+    def answer_sets(self):
+        """Answer what was set or refused, a few a tick, while the link has room for answers."""
         budget = self._link.budget
-        while self._refusals and budget.has_answer_room():
+        while self._refusals and budget.claim_answer_room():
             self._link.answer(PARAM_ERROR, self._refusals.pop(0))
-        for count in range(_CHANGED_PER_TICK):
-            if not (self._unsent or (self._left and count < _PER_TICK)) or not budget.has_answer_room():
+        for _ in range(_CHANGED_PER_TICK):
+            if not self._unsent or not budget.claim_answer_room():
                 return
-            if self._unsent:
-                self._send(self._unsent.pop(0))
-            else:
-                self._left -= 1
-                self._send(self._next)
-                self._next = (self._next + 1) % COUNT
+            self._send(self._unsent.pop(0))
+
+    def list_some(self):
+        """Go on with a list, a few a tick, while the link has room for answers."""
+        for _ in range(_PER_TICK):
+            if not self._left or not self._link.budget.claim_answer_room():
+                return
+            self._left -= 1
+            self._send(self._next)
+            self._next = (self._next + 1) % COUNT
 
     def read(self, index, name, system, component):
         """Send a parameter by its index, or by its name where the index is negative."""

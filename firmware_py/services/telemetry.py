@@ -82,7 +82,7 @@ class Telemetry:
         if beats or changed:
             self._send_heartbeat()
         budget = self._link.budget
-        if self._texts and budget.has_text_room():
+        if self._texts and budget.claim_text_room():
             budget.spend_on_text(self._link.send(STATUSTEXT, self._texts.pop(0)))
         if changed:
             self._mode = self._autopilot.modes.mode
@@ -97,7 +97,7 @@ class Telemetry:
                 due[index] = now
             elif _is_due(due[index], period, now):
                 due[index] = _next_due(due[index], period, now)
-                if budget.has_room():
+                if budget.claim_room():
                     self.send(_STREAMS[index], now, uptime_us)
 
     def sends(self, message):

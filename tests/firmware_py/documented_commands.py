@@ -24,7 +24,8 @@ LATE_TEXT = "overtaken by a later command"
 REMEMBERED = 8  # answers, to all stations
 BEHIND = 32  # numbers; a station that is further behind has begun anew
 ROOM = 8  # commands that may wait for the check of the eight
-PATIENCE_TICKS = 100  # in which they are answered
+PATIENCE_TICKS = 100  # in which they are answered; so are sets, after the last question: pings' answers are short
+REFUSALS_ROOM = 8  # PARAM_ERRORs that may wait for room on the link
 CURVE = ("EIGHT_AZIMUTH", "EIGHT_ELEVATION", "EIGHT_HALF_H", "EIGHT_HALF_W", "EIGHT_LEAST_EL", "LINE_LENGTH",
          "STEER_MAX", "TURN_K", "WINDOW_ANGLE")
 ARMING, DISARMING = "ARM", "DISARM"
@@ -82,9 +83,12 @@ class Commands:
         self._waiting: list[Waiting] = []  # in their order
         self._expected: list[tuple[Frame, set[int]]] = []  # acknowledgements of this tick
         self._late: list[tuple[Frame, set[int]]] = []  # those of late copies
-        self._values: list[tuple[str, float]] = []  # PARAM_VALUEs of this tick
-        self._errors = 0  # PARAM_ERRORs of this tick
+        self._values: set[str] = set()  # parameters of which a PARAM_VALUE must come
+        self._errors: list[str] = []  # names of the PARAM_ERRORs that must come
         self._checked: dict[str, list[float]] = {}  # values that wait for the check of the eight
+        self._unanswered: set[str] = set()  # those of which no PARAM_VALUE has come since the last was sent
+        self._since_checked = 0  # ticks since the last of them was sent
+        self._since_question = PATIENCE_TICKS  # ticks: the link is not crowded
         self._ticks: deque[int] = deque([0], maxlen=64)  # commands and sets by tick
 
     def story(self) -> str:
@@ -104,7 +108,7 @@ class Commands:
         return len(self._waiting) + sum(map(len, self._checked.values()))
 
     def hear(self, frame: Frame) -> None:
-        """A COMMAND_LONG or PARAM_SET arrived; anything else asks for nothing that the page speaks of."""
+        """A COMMAND_LONG, a PARAM_SET or a question arrived; the answer to this one takes room on the link."""
         if frame.message.get_type() == "PARAM_SET":
             self._ticks[-1] += 1
             self._set(frame)
@@ -112,6 +116,8 @@ class Commands:
             self._ticks[-1] += 1
             self._heard.append(frame)
             self._command(frame, frame.wish)
+        else:
+            self._since_question = 0
 
     # A late copy is not a new command
 
@@ -267,38 +273,62 @@ class Commands:
         entry = load_parameters().get(message.param_id)
         value = float32(message.param_value)
         if entry is None or entry.read_only or entry.problem_with(value) or (entry.disarmed_only and flight.armed):
-            self._errors += 1
+            if len(self._errors) < REFUSALS_ROOM:
+                self._errors.append(message.param_id)
             if entry is not None:
-                self._values.append((entry.name, flight.parameters[entry.name]))
+                self._values.add(entry.name)
         elif entry.name in CURVE and (flight.mode == TRACK or self._checked.get(entry.name)):
             self._checked.setdefault(entry.name, []).append(value)
+            self._unanswered.add(entry.name)
+            self._since_checked = 0
         else:
             flight.parameters[entry.name] = value
-            self._values.append((entry.name, value))
+            self._values.add(entry.name)
         if entry is not None and entry.name in CURVE:
             for waiting in self._waiting:
                 waiting.restless = True
 
     def _settle_sets(self, seen: "Seen") -> None:
         flight = self._flight
-        for name, values in list(self._checked.items()):
+        for name, values in self._checked.items():
             if seen.parameters[name] in values:
                 flight.parameters[name] = seen.parameters[name]
-            answers = [value.param_value for value in seen.of_kind("PARAM_VALUE") if value.param_id == name]
-            for value in answers:  # taken, or refused and told what holds
-                values.remove(value if value in values else values[0])
-                if not values:
-                    del self._checked[name]
-                    break
+        for answer in seen.of_kind("PARAM_VALUE"):
+            self._settle_answer(answer.param_id, answer.param_value, seen.parameters[answer.param_id])
+        for error in seen.of_kind("PARAM_ERROR"):
+            if error.param_id in self._errors:
+                self._errors.remove(error.param_id)
+        if min(self._since_checked, self._since_question) >= PATIENCE_TICKS:
+            self._end_checks()
         if not self._checked and seen.parameters != flight.parameters:
             wrong = {name: (value, seen.parameters[name]) for name, value in flight.parameters.items()
                      if seen.parameters[name] != value}
             raise DivergenceError("a parameter is not what was set", f"(page, firmware): {wrong}")
-        if self._values and not self._checked:
-            told = [(value.param_id, value.param_value) for value in seen.of_kind("PARAM_VALUE")]
-            for name, value in self._values:
-                if (name, value) not in told:
-                    raise DivergenceError("a set is not answered with the value that holds", f"{name} {value}, {told}")
-            if len(seen.of_kind("PARAM_ERROR")) < self._errors:
-                raise DivergenceError("a set is refused without PARAM_ERROR")
-        self._values, self._errors = [], 0
+        if self._since_question >= PATIENCE_TICKS:
+            if self._values:
+                raise DivergenceError("a set is not answered with the value that holds", f"{self._values}")
+            if self._errors:
+                raise DivergenceError("a set is refused without PARAM_ERROR", f"{self._errors}")
+        self._since_checked += 1
+        self._since_question += 1
+
+    def _settle_answer(self, name: str, told: float, held: float) -> None:
+        """A PARAM_VALUE of what holds; one may answer several sets."""
+        if told != held:
+            raise DivergenceError("a set is answered with a value that does not hold", f"{name} {told}, not {held}")
+        if name not in self._values and name not in self._checked:
+            raise DivergenceError("a PARAM_VALUE that nobody asked for", name)
+        self._unanswered.discard(name)
+        if name in self._values:
+            self._values.remove(name)
+            return
+        values = self._checked[name]  # taken, or refused and told what holds
+        values.remove(told if told in values else values[0])
+        if not values:
+            del self._checked[name]
+
+    def _end_checks(self) -> None:
+        """All checks are through by now: what was not answered apart shared its answer with another set."""
+        if self._unanswered:
+            raise DivergenceError("a set that changes the eight is never answered", f"{self._unanswered}")
+        self._checked.clear()

@@ -64,6 +64,7 @@ def allows(row: Row, steering: float, previous: float, limits: Limits) -> bool:
 
 def slewed(wanted: float, previous: float, limits: Limits) -> float:
     """`wanted` as far as STEER_RATE lets it be reached, and never outside STEER_MAX."""
+    previous = max(-limits.most, min(limits.most, previous))
     if limits.step:
         wanted = max(previous - limits.step, min(previous + limits.step, wanted))
     return max(-limits.most, min(limits.most, wanted))
