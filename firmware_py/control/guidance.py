@@ -163,11 +163,12 @@ class Guidance:
 
     def _is_lost(self, frame, point):
         """True when the kite is further off than the eight is wide and the scan knows a much nearer place."""
-        distance = frame.distance_to(point[0], point[1], point[2])
+        x, y, z, _, _, _ = point
+        distance = frame.distance_to(x, y, z)
         if distance < self.curve.half_width:
             return False
-        other = self.curve.at(self._candidate)
-        return frame.distance_to(other[0], other[1], other[2]) < 0.7 * distance
+        x, y, z, _, _, _ = self.curve.at(self._candidate)
+        return frame.distance_to(x, y, z) < 0.7 * distance
 
     def _aim(self, frame, point, gain):
         """Target turning angle: T + L (t . gamma_t) t, with T the curve's tangent carried to the kite."""

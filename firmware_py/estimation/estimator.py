@@ -125,8 +125,9 @@ class Estimator:
         dropped, and counts that.
         """
         fresh_start = self._stale
-        interval = 0.0 if fresh_start else ticks_diff(sample[0], self.sample_time) * 1e-6
-        if not self._is_sane(sample) or not self._brings_news(sample, fresh_start):
+        time_us, azimuth, elevation, _, course, _, _, _, _, _ = sample
+        interval = 0.0 if fresh_start else ticks_diff(time_us, self.sample_time) * 1e-6
+        if not self._is_sane(sample) or not self._brings_news(time_us, azimuth, elevation, fresh_start):
             self.dropped += 1
             return False
         if fresh_start:
@@ -135,11 +136,11 @@ class Estimator:
         self._heard = True
         self._stale = False
         self._age_us = 0
-        self.sample_time = sample[0]
+        self.sample_time = time_us
         self.interval = interval
         self._copy(sample, asked)
         self._remember()
-        self._update_course(sample[4], fresh_start, turn_k)
+        self._update_course(course, fresh_start, turn_k)
         return True
 
     def sphere_speed(self):
@@ -151,25 +152,24 @@ class Estimator:
 
     def _is_sane(self, sample):
         """False for a sample without position, not finite, or out of range."""
-        valid = sample[9]
+        _, azimuth, elevation, line, _, _, airspeed, _, _, valid = sample
         if valid & _POSITION != _POSITION:
             return False
         for index in range(8):
             if valid & (1 << index) and not -1e6 < sample[1 + index] < 1e6:  # also refuses NaN
                 return False
-        if abs(sample[1]) > 3.2 or abs(sample[2]) > 1.5708:
+        if abs(azimuth) > 3.2 or abs(elevation) > 1.5708:
             return False
-        if valid & KITE_VALID_DISTANCE and not _LEAST_DISTANCE <= sample[3] <= _MOST_DISTANCE:
+        if valid & KITE_VALID_DISTANCE and not _LEAST_DISTANCE <= line <= _MOST_DISTANCE:
             return False
-        return not valid & KITE_VALID_AIRSPEED or 0.0 <= sample[6] <= _MOST_AIRSPEED
+        return not valid & KITE_VALID_AIRSPEED or 0.0 <= airspeed <= _MOST_AIRSPEED
 
-    def _brings_news(self, sample, fresh_start):
+    def _brings_news(self, time_us, azimuth, elevation, fresh_start):
         """True for a sample that is later than what was heard, from where the kite can have come.
 
         It is held against the sample before it even where that was refused, so that jumps are not accepted one by one,
         each as soon as there was time enough for it.
         """
-        time_us, azimuth, elevation = sample[0], sample[1], sample[2]
         news = True
         if fresh_start or ticks_diff(self._looked_time, self.sample_time) > 0:
             if self._looked_age_us <= self.config.stale_us:
@@ -200,18 +200,19 @@ class Estimator:
     def _copy(self, sample, asked):
         """Take over the quantities that are valid; stand in for the others."""
         config = self.config
-        valid = self.valid = sample[9]
-        azimuth_step = wrap(sample[1] - self.azimuth)
-        self.azimuth = sample[1]
-        self.elevation = sample[2]
-        self.distance = sample[3] if valid & KITE_VALID_DISTANCE else config.line_length
-        self.airspeed = sample[6] if valid & KITE_VALID_AIRSPEED else config.airspeed_nominal
-        self.tether_force = sample[7] if valid & KITE_VALID_TETHER_FORCE else 0.0
-        self.steering = sample[8] if valid & KITE_VALID_STEERING else asked
+        _, azimuth, elevation, line, _, heading, airspeed, tether_force, steering, valid = sample
+        self.valid = valid
+        azimuth_step = wrap(azimuth - self.azimuth)
+        self.azimuth = azimuth
+        self.elevation = elevation
+        self.distance = line if valid & KITE_VALID_DISTANCE else config.line_length
+        self.airspeed = airspeed if valid & KITE_VALID_AIRSPEED else config.airspeed_nominal
+        self.tether_force = tether_force if valid & KITE_VALID_TETHER_FORCE else 0.0
+        self.steering = steering if valid & KITE_VALID_STEERING else asked
         self.frame.set(self.azimuth, self.elevation)
         self.meridian_turning = self.frame.z * azimuth_step
         if valid & KITE_VALID_HEADING:
-            self.heading = sample[5]
+            self.heading = heading
 
     def _remember(self):
         frame = self.frame
@@ -252,7 +253,7 @@ class Estimator:
         window_us = int(self.config.course_window * 1e6)
         self._oldest = max(self._oldest, self._count - _HISTORY)
         while self._oldest < newest - 1:  # leave behind what the window does not need
-            following = self._history[(self._oldest + 1) % _HISTORY][0]
+            following, _, _, _ = self._history[(self._oldest + 1) % _HISTORY]
             if ticks_diff(self.sample_time, following) < window_us:
                 break
             self._oldest += 1

@@ -82,14 +82,13 @@ class Dispatcher:
         orders = min(_ORDERS_PER_TICK, len(inbox.orders.requests))
         for _ in range(orders):
             self._handle(inbox, inbox.orders.take())
+        self._check_curve()
         self._parameters.answer_sets()
         for _ in range(min(_PER_TICK - orders, len(inbox.questions.requests))):
             if not self._link.budget.claim_answer_room():
                 break
             self._handle(inbox, inbox.questions.take_fairly())
-        self._check_curve()
         self._commands.send_some()
-        self._parameters.answer_sets()  # the check of the eight may have set one
         self._parameters.list_some()
         self._files.serve(inbox.files, self._for_us)
 

@@ -23,7 +23,7 @@ class UdpTransport:
     def __init__(self, host, port):
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
-        self._peer = socket.getaddrinfo(host, port)[0][-1]
+        self._peer = _resolve(host, port)
         self._poll = select.poll()
         self._poll.register(self._socket, select.POLLIN)
         self._socket.connect(self._peer)
@@ -77,12 +77,12 @@ class UdpStations:
         self._ticks_us = ticks_us
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
-        self._peer = socket.getaddrinfo(host, port)[0][-1]
+        self._peer = _resolve(host, port)
         self._poll = select.poll()
         self._poll.register(self._socket, select.POLLIN)
         self._others = []  # the one heard last at the end
         try:
-            self._socket.bind(socket.getaddrinfo("0.0.0.0", port)[0][-1])
+            self._socket.bind(_resolve("0.0.0.0", port))
         except OSError:  # taken, on a PC
             pass
 
@@ -130,3 +130,10 @@ class UdpStations:
             self._socket.sendto(data, address)
         except OSError:
             pass
+
+
+def _resolve(host, port):
+    """The address of a port, as sockets take it."""
+    for _, _, _, _, address in socket.getaddrinfo(host, port):
+        return address
+    raise OSError

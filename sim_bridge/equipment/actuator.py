@@ -36,12 +36,15 @@ class Actuator:
 
     def next_change(self) -> float:
         """When the next command is felt [s]; infinity if none is pending."""
-        return self._pending[0][0] if self._pending else float("inf")
+        if not self._pending:
+            return float("inf")
+        felt_s, _ = self._pending[0]
+        return felt_s
 
     def apply_due(self, time_s: float) -> None:
         """Apply the commands that are due."""
-        while self._pending and self._pending[0][0] <= time_s:
-            target = self._pending.popleft()[1]
+        while self.next_change() <= time_s:
+            _, target = self._pending.popleft()
             limit = self._saturation
             self._target = max(-limit, min(limit, target)) if limit else target
         if self.ideal:

@@ -6,6 +6,7 @@ from math import inf
 from random import Random
 from typing import Any, NamedTuple
 
+from kite_analysis.delay.effective_delay import whole_periods
 from sim_bridge.settings import Settings, number
 
 _LONGEST_QUEUE_S = 1.0  # what waits longer than this for its turn on a slow link is dropped
@@ -47,7 +48,7 @@ def without(path: PathSettings, delay_s: float, period_s: float) -> PathSettings
     What is left on the way down is in whole periods, as the bridge sends samples once in each.
     """
     left = max(0.0, path.delay_s - delay_s)
-    below = int(min(path.down.delay_s, left) / period_s + 1e-9) * period_s
+    below = whole_periods(min(path.down.delay_s, left), period_s)
     return PathSettings(replace(path.down, delay_s=below), replace(path.up, delay_s=left - below))
 
 
@@ -101,8 +102,11 @@ class LinkDirection:
     def due(self, until_s: float) -> list[tuple[float, Any]]:
         """Items that have arrived by `until_s`, with their times, earliest first."""
         items = []
-        while self._waiting and self._waiting[0][0] <= until_s + 1e-9:
-            time_s, _, item = heapq.heappop(self._waiting)
+        while self._waiting:
+            time_s, _, item = self._waiting[0]
+            if time_s > until_s + 1e-9:
+                break
+            heapq.heappop(self._waiting)
             items.append((time_s, item))
         return items
 

@@ -4,6 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any, NamedTuple, TypeVar
 
+from kite_analysis.delay.effective_delay import split
 from sim_bridge.equipment.actuator import ActuatorSettings
 from sim_bridge.equipment.sensors import SensorSettings
 from sim_bridge.links.emulation import LinkSettings, PathSettings
@@ -70,11 +71,9 @@ class Sections(ABC):
         A path's delay is halved; on the control path the half of the samples is rounded down to whole periods of the
         loop, which sees them only then, and the steering takes the rest.
         """
-        period_s = 1.0 / self.parameter("LOOP_HZ")
-        total_s = self.values["link.control.delay_s"]
-        down_s = int(total_s / 2 / period_s + 1e-9) * period_s
+        down_s, up_s = split(self.values["link.control.delay_s"], 1.0 / self.parameter("LOOP_HZ"))
         half_s = self.values["link.ground.delay_s"] / 2
-        return Links(self._path("control", down_s, total_s - down_s), self._path("ground", half_s, half_s))
+        return Links(self._path("control", down_s, up_s), self._path("ground", half_s, half_s))
 
     @property
     def ground(self) -> GroundSettings:
