@@ -20,8 +20,8 @@ from ground.logs.ulog import write_ulog
 from ground.replay.keys import minutes, run
 from ground.replay.player import Replay
 from kite_analysis.console.optional_packages import ExtraMissingError
-from kite_analysis.console.picture_file import ENDINGS_IN_WORDS, FileRefusedError, check_new_file, check_picture
-from kite_analysis.plots import save
+from kite_analysis.figures import save
+from kite_analysis.picture_file import ENDINGS_IN_WORDS, FileRefusedError, check_new_file, check_picture
 from protocol import dialect
 from protocol.frame import Address
 

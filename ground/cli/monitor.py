@@ -4,8 +4,8 @@ import os
 from typing import TextIO
 
 from ground.cli import monitor_view
+from ground.health import Advisor
 from ground.session import Session
-from ground.vehicle.health import Advisor
 
 _REDRAW_S = 0.2
 _LINE_S = 1.0

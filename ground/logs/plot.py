@@ -11,8 +11,8 @@ from ground.logs.reader import MessageLog
 from ground.logs.sky import draw_lines, draw_sky
 from kite_analysis.angles import wrap
 from kite_analysis.figure_eight import Array, TargetEight
+from kite_analysis.figures import new_figure
 from kite_analysis.flights.record import FlightRecord
-from kite_analysis.plots import new_figure
 from protocol import dialect
 from protocol.frame import Address
 from protocol.modes import mode_name

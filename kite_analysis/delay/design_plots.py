@@ -9,7 +9,7 @@ from kite_analysis.delay.characteristic_equation import Gains, Loop
 from kite_analysis.delay.characteristic_roots import decay_rates, rightmost_roots
 from kite_analysis.delay.inner_loop import optimal_gain, stability_limit
 from kite_analysis.delay.whole_loop import Design, gain_limit
-from kite_analysis.plots import new_figure
+from kite_analysis.figures import new_figure
 
 _PRESENT = "#d1495b"
 _BEST = "#1f4e9c"

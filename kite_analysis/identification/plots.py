@@ -5,11 +5,11 @@ from typing import Any
 import numpy as np
 
 from kite_analysis.figure_eight import Array
+from kite_analysis.figures import new_figure
 from kite_analysis.flights.record import FlightRecord
 from kite_analysis.identification.actuator_fit import ActuatorFit, cut_blocks
 from kite_analysis.identification.turning_rate_fit import LawFit, fitted_rate, rows_for
 from kite_analysis.identification.turning_rates import LawRows, regressors
-from kite_analysis.plots import new_figure
 
 _MEASURED = "#8a9099"
 _FITTED = "#d1495b"

@@ -9,9 +9,9 @@ from typing import Any
 
 from kite_analysis.console.mistakes import Parser
 from kite_analysis.console.optional_packages import ExtraMissingError
-from kite_analysis.console.picture_file import FileRefusedError
 from kite_analysis.flights.columns import FlightDataError
 from kite_analysis.metrics import RULE
+from kite_analysis.picture_file import FileRefusedError
 from sim_bridge.boards.image import BoardError
 from sim_bridge.cli import actions
 from sim_bridge.cli.boards import add_board_verbs
@@ -22,11 +22,11 @@ from sim_bridge.cli.option_types import not_negative, positive
 from sim_bridge.cli.plot_option import add_plot_option, leave_words_to_others
 from sim_bridge.cli.rerun import add_rerun_verb
 from sim_bridge.cli.sweep import add_sweep_verb
+from sim_bridge.cli.validate import add_validate_verb
 from sim_bridge.errors import ScenarioError
 from sim_bridge.runs.run import FOREVER_LIMIT_MB, RUNTIMES
 from sim_bridge.runtimes.interface import FirmwareError
 from sim_bridge.scenario.keys import PLANTS
-from sim_bridge.studies.validation.page import add_validate_verb
 
 
 def _speed(text: str) -> float:

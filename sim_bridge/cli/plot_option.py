@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from kite_analysis.console.picture_file import ENDINGS_IN_WORDS, check_picture
-from kite_analysis.plots import save
+from kite_analysis.figures import save
+from kite_analysis.picture_file import ENDINGS_IN_WORDS, check_picture
 from sim_bridge.errors import ScenarioError
 
 _INPUTS = ("", ".toml", ".csv", ".gz", ".tlog")  # endings of what the verbs read; a folder or scenario has none

@@ -8,9 +8,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from kite_analysis.console.picture_file import check_new_file, check_picture
 from kite_analysis.delay.inner_loop import optimal_gain
-from kite_analysis.plots import draw_lambert_w, draw_trajectory, draw_turning_angle, new_figure, save
+from kite_analysis.figures import new_figure, save
+from kite_analysis.picture_file import check_new_file, check_picture
+from kite_analysis.plots import draw_lambert_w, draw_trajectory, draw_turning_angle
 from sim_bridge.runs.run import RunOptions, RunResult, run_scenario
 from sim_bridge.scenario.scenario import Scenario, load_scenario
 

@@ -13,9 +13,10 @@ import numpy as np
 
 from kite_analysis.angles import wrap
 from kite_analysis.figure_eight import Array, TargetEight
+from kite_analysis.figures import new_figure
 from kite_analysis.flights.real_flight import fit_eight, read_flight
 from kite_analysis.flights.record import FlightRecord
-from kite_analysis.plots import draw_turning_angle, new_figure
+from kite_analysis.plots import draw_turning_angle
 from protocol import dialect
 from sim_bridge.equipment.sensors import Sample
 from sim_bridge.flight.preflight import Preflight

@@ -11,7 +11,7 @@ import pytest
 
 from ground.cli.monitor import monitor
 from ground.cli.monitor_view import screen
-from ground.vehicle.health import Advisor
+from ground.health import Advisor
 from sim_bridge.links.emulation import LinkSettings
 
 

@@ -1,16 +1,12 @@
-"""The page docs/validation.md, and the verb `kite-sitl validate` that makes it."""
+"""The page docs/validation.md, made by `kite-sitl validate`."""
 
 import datetime
 import platform
-from argparse import Namespace
+from collections.abc import Callable
 from importlib import metadata
 from pathlib import Path
-from typing import Any
 
-from kite_analysis.console.picture_file import check_new_file
 from kite_analysis.flights.reader import read_record
-from sim_bridge.cli.notes import notice
-from sim_bridge.errors import ScenarioError
 from sim_bridge.studies.validation import plant_laws, real_flights
 
 _HEAD = """\
@@ -30,34 +26,12 @@ correlated over seconds. Each half's law is then compared with the other half.
 """
 
 
-def add_validate_verb(verbs: Any) -> None:
-    """Add `validate` to the verbs of `kite-sitl`."""
-    verb = verbs.add_parser(
-        "validate", help="compare the turning-rate law and the plants with real flights and each other, in a page of "
-                        "tables",
-        description="Identify the turning-rate law on real flights and on every plant, fly them, and write the tables "
-        "as a Markdown page. Takes some minutes.")
-    verb.add_argument("files", nargs="+", metavar="FLIGHT", help="two or more real flights, CSV or CSV.gz")
-    verb.add_argument("--out", metavar="FILE.md", default="validation.md", help="the page (default: validation.md)")
-    verb.add_argument("--force", action="store_true", help="overwrite an existing page")
-    verb.set_defaults(do=validate_command)
+def page(files: list[Path], notice: Callable[[str], None]) -> str:
+    """The page's text, from real flights in `files` (two or more); `notice` is told how far it has come.
 
-
-def validate_command(options: Namespace) -> int:
-    """`kite-sitl validate`."""
-    if len(options.files) < 2:
-        raise ScenarioError("validate: at least two flights are needed, so that one can be predicted from another")
-    check_new_file(Path(options.out), options.force)
-    text = _page([Path(name) for name in options.files])
-    try:
-        Path(options.out).write_text(text, "utf-8")
-    except OSError as error:
-        raise ScenarioError(f"--out {options.out}: {error.strerror}") from error
-    print(f"tables: {options.out}")
-    return 0
-
-
-def _page(files: list[Path]) -> str:
+    Raises:
+        FlightDataError: a file holds no flight.
+    """
     records = [read_record(path) for path in files]
     names = [path.name.split(".")[0] for path in files]
     text = _HEAD.format(date=datetime.datetime.now(datetime.UTC).date().isoformat(),

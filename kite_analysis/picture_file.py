@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-from kite_analysis.plots import new_figure
+from kite_analysis.figures import new_figure
 
 ENDINGS = (".png", ".svg", ".pdf", ".jpg")
 ENDINGS_IN_WORDS = f"{', '.join(ENDINGS[:-1])} or {ENDINGS[-1]}"
