@@ -2,7 +2,7 @@
 
     @dataclass(frozen=True, kw_only=True)
     class ActuatorSettings(Settings):
-        dead_time_s: float = number(0.0, "time before a command is felt [s]", 0.0, 5.0)
+        dead_time_s: float = number(0.0, "dead time from command to actual steering [s]", 0.0, 5.0)
 
     ActuatorSettings(dead_time_s=7.0)  # ValueError: ActuatorSettings: dead_time_s = 7 is outside 0 to 5
 

@@ -18,7 +18,7 @@ def test_the_pictures_are_those_of_the_imports():
 def test_no_room_is_left_out_and_no_folder_stands_beside_a_module_of_its_name(package):
     page = architecture.PAGE.read_text("utf-8")
     rooms = [path.parent for path in (ROOT / package).glob("*/__init__.py")]
-    assert len(rooms) > 3
+    assert rooms
     for room in rooms:
         assert f"`{room.name}/`" in page, room
     for folder in {path.parent for path in (ROOT / package).rglob("__init__.py")}:

@@ -80,12 +80,12 @@ class Guidance:
 
     def step(self, frame, gains, dt):
         """Update the target for the kite at `frame`, `dt` [s] after the step before, with the `gains`."""
-        followed = self.running
+        same = self.running
         self._close = _CLOSE_ENOUGH
         before = self.target_course
         point = self._find(frame)
         self._aim(frame, point, gains.gain_l)
-        if not (followed and self.running) or dt <= 0.0:
+        if not (same and self.running) or dt <= 0.0:
             self.target_rate = 0.0
         elif not self._exact:  # else the step before was at another place, and its rate holds
             rate = wrap(self.target_course - before) / dt

@@ -253,12 +253,12 @@ class Estimator:
         window_us = int(self.config.course_window * 1e6)
         self._oldest = max(self._oldest, self._count - _HISTORY)
         while self._oldest < newest - 1:  # leave behind what the window does not need
-            following, _, _, _ = self._history[(self._oldest + 1) % _HISTORY]
-            if ticks_diff(self.sample_time, following) < window_us:
+            time_us, _, _, _ = self._history[(self._oldest + 1) % _HISTORY]
+            if ticks_diff(self.sample_time, time_us) < window_us:
                 break
             self._oldest += 1
-        then, x, y, z = self._history[self._oldest % _HISTORY]
-        span = ticks_diff(self.sample_time, then) * 1e-6
+        time_us, x, y, z = self._history[self._oldest % _HISTORY]
+        span = ticks_diff(self.sample_time, time_us) * 1e-6
         up = self.frame.up(x, y, z)
         across = self.frame.across(x, y)
         length = sqrt(up * up + across * across)

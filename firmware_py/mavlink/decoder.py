@@ -38,7 +38,6 @@ class Decoder:
         self.system = 0
         self.component = 0
         self.values = ()
-        self.frames = 0
         self.bad_crc = 0
         self.unknown = 0
         self.foreign = 0
@@ -89,8 +88,7 @@ class Decoder:
         """Size of the frame at the start; 0 if too little of it is there, negative for a message not known."""
         buffer = self._buffer
         start = self._start
-        header = 10 if marker == _V2 else 6
-        if self._end - start < header:
+        if self._end - start < (10 if marker == _V2 else 6):
             return 0
         length = buffer[start + 1]
         message = self._message_at(marker)
@@ -146,7 +144,6 @@ class Decoder:
             self._payload[:length] = self._view[payload : payload + length]
             self._payload[length:full_length] = self._zeros[: full_length - length]
             self.values = struct.unpack_from(layout, self._payload, 0)
-        self.frames += 1
         return True
 
     def _message_at(self, marker):
@@ -157,16 +154,19 @@ class Decoder:
             return buffer[start + 5]
         return buffer[start + 7] | buffer[start + 8] << 8 | buffer[start + 9] << 16
 
-    def _is_ours(self, payload, length, places):
-        """True if a payload that says in these `places` (see TARGETS) whom it is for means this system, or all."""
-        for index, own in ((0, self.own_system), (1, self.own_component)):
-            at = places[index]
-            is_there = 0 <= at < length  # zeros at a payload's end are not sent
-            if is_there and self._buffer[payload + at] not in (_EVERYBODY, own):
-                return False
-        return True
+    def _is_ours(self, payload, length, targets):
+        """True if a payload with its `targets` at these offsets (see TARGETS) is for this system, or for all."""
+        system, component = targets
+        return self._says(payload, length, system, self.own_system) and self._says(
+            payload, length, component, self.own_component)
 
-    def _follow_sequence(self, at, may_be_new):
+    def _says(self, payload, length, at, wanted):
+        """True if the target at this offset, where there is one, is the `wanted` one, or everybody."""
+        if not 0 <= at < length:  # zeros at a payload's end are not sent
+            return True
+        return self._buffer[payload + at] in (_EVERYBODY, wanted)
+
+    def _follow_sequence(self, at, fresh):
         """Count the frames missing before the one whose sequence number, system and component lie at `at`.
 
         Only a frame that is whole and for us may bring in a new sender.
@@ -176,7 +176,7 @@ class Decoder:
         sender = buffer[at + 1] << 8 | buffer[at + 2]
         expected = self._next_sequence.get(sender)
         if expected is None:
-            if not may_be_new or len(self._next_sequence) >= _PEERS:
+            if not fresh or len(self._next_sequence) >= _PEERS:
                 return
             expected = sequence
         missing = (sequence - expected) & 0xFF

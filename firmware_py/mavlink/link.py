@@ -102,5 +102,5 @@ class MavlinkLink:
         Unusable are unknown messages, those for others, and samples and ticks from other peers.
         """
         decoder = self.decoder
-        useless = decoder.unknown + decoder.foreign + self.refused
-        return decoder.bad_crc, useless, decoder.lost, decoder.overflowed
+        unknown = decoder.unknown + decoder.foreign + self.refused
+        return decoder.bad_crc, unknown, decoder.lost, decoder.overflowed

@@ -158,6 +158,8 @@ def describe(report):
         (report.missing, "not stored, at default: "),
     ):
         if names:
-            more = " +%d" % (len(names) - 1) if len(names) > 1 else ""
-            texts.append((MAV_SEVERITY_WARNING, what + names[0] + more))
+            text = what + names[0]
+            if len(names) > 1:
+                text += " +%d" % (len(names) - 1)
+            texts.append((MAV_SEVERITY_WARNING, text))
     return texts

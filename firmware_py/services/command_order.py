@@ -23,12 +23,12 @@ class CommandOrder:
         """
         if sequence is None:
             return False
-        for its_sender, its_sequence, its_what, refused, time_us in self._done:
-            if its_sender != sender or uptime_us - time_us >= _RECENT_US:
+        for other, number, asked, refused, time_us in self._done:
+            if other != sender or uptime_us - time_us >= _RECENT_US:
                 continue
-            if its_sequence == sequence and its_what == what:
+            if number == sequence and asked == what:
                 return True
-            if not (is_safe or refused) and (its_sequence - sequence) & 0xFF <= _BEHIND:
+            if not (is_safe or refused) and (number - sequence) & 0xFF <= _BEHIND:
                 return True
         return False
 

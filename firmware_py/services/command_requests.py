@@ -10,6 +10,7 @@ from ..generated_enums import (
     MAV_CMD_SET_MESSAGE_INTERVAL,
     MAV_RESULT_ACCEPTED,
     MAV_RESULT_DENIED,
+    MAV_RESULT_FAILED,
     MAV_RESULT_TEMPORARILY_REJECTED,
     MAV_RESULT_UNSUPPORTED,
     MAV_SEVERITY_WARNING,
@@ -18,9 +19,11 @@ from ..mavlink.generated_messages import COMMAND_ACK
 from .inbox import Queue
 from .message_requests import MessageRequests
 from .request import Request
-from .storage_requests import StorageCommands
 
 _ROOM = 16  # acknowledgements that wait
+_READ = 0.0  # param1 of MAV_CMD_PREFLIGHT_STORAGE
+_WRITE = 1.0
+_RESET = 2.0
 
 
 class CommandRequests:
@@ -115,9 +118,9 @@ class Acknowledgements:
         self._queue = Queue(_ROOM)
         self.dropped = 0
 
-    def put(self, acknowledgement):
-        """Take one in, a Request to send."""
-        if not self._queue.put(acknowledgement):
+    def put(self, request):
+        """Take one in, as a Request to send."""
+        if not self._queue.put(request):
             self.dropped += 1
         self.send_some()
 
@@ -125,5 +128,41 @@ class Acknowledgements:
         """Send what waits, while there is room."""
         budget = self._link.budget
         while self._queue.requests and budget.claim_acknowledgement_room():
-            acknowledgement = self._queue.take_fairly()
-            budget.spend_on_acknowledgement(self._link.send(COMMAND_ACK, acknowledgement.values))
+            request = self._queue.take_fairly()
+            budget.spend_on_acknowledgement(self._link.send(COMMAND_ACK, request.values))
+
+
+class StorageCommands:
+    """MAV_CMD_PREFLIGHT_STORAGE over a `keeper`: read, write and reset what is on flash.
+
+    `announce(index)` is called for each parameter that a command changed.
+    """
+
+    def __init__(self, parameters, modes, keeper, say, announce):
+        self._parameters = parameters
+        self._modes = modes
+        self._keeper = keeper
+        self._say = say
+        self._announce = announce
+
+    def run(self, action):
+        """Do what param1 of the command asks for; return the MAV_RESULT."""
+        if action not in (_READ, _WRITE, _RESET):
+            return MAV_RESULT_DENIED
+        if self._keeper.store is None:
+            self._say(MAV_SEVERITY_WARNING, "no storage on this board")
+            return MAV_RESULT_TEMPORARILY_REJECTED
+        if self._modes.armed():
+            self._say(MAV_SEVERITY_WARNING, "disarm first")
+            return MAV_RESULT_TEMPORARILY_REJECTED
+        before = list(self._parameters.values)
+        if action == _READ:
+            done = self._keeper.read_back()
+        elif action == _WRITE:
+            done = self._keeper.save()
+        else:
+            done = self._keeper.reset()
+        for index in range(len(before)):
+            if self._parameters.values[index] != before[index]:
+                self._announce(index)
+        return MAV_RESULT_ACCEPTED if done else MAV_RESULT_FAILED

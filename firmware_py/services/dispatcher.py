@@ -243,20 +243,20 @@ class Dispatcher:
             self._modes.hear_manual(y * 0.001)
 
     def _on_mission_request_list(self, request):
-        target_system, target_component, mission_type = request.values
+        target_system, target_component, kind = request.values
         if self._for_us(target_system, target_component):
-            self._link.answer(MISSION_COUNT, (0, request.system, request.component, mission_type))
+            self._link.answer(MISSION_COUNT, (0, request.system, request.component, kind))
 
     def _on_radio_status(self, request):
         _, _, _, _, free, _, _ = request.values
         self._link.budget.hear_radio(free)
 
     def _on_timesync(self, request):
-        theirs, asked_at = request.values
-        if theirs == 0:
-            self._link.answer(TIMESYNC, (self._uptime_us * 1000 or 1, asked_at))  # 0 would be a question
+        answered, asked = request.values
+        if answered == 0:
+            self._link.answer(TIMESYNC, (self._uptime_us * 1000 or 1, asked))  # 0 would be a question
 
     def _on_ping(self, request):
-        time_usec, number, target_system, target_component = request.values
+        time_us, number, target_system, target_component = request.values
         if target_system == 0 and target_component == 0:
-            self._link.answer(PING, (time_usec, number, request.system, request.component))
+            self._link.answer(PING, (time_us, number, request.system, request.component))

@@ -119,9 +119,11 @@ class MessageRequests:
         self._link.answer(AVAILABLE_MODES, (mode, _PROPERTIES.get(mode, 0), len(NAMES), mode + 1, 0, name))
 
     def _send_version(self):
-        major, minor, patch = FIRMWARE_VERSION
         contract = tuple(int(CONTRACT_HASH[2 * index : 2 * index + 2], 16) for index in range(8))
-        version = major << 24 | minor << 16 | patch << 8
+        version = 0
+        for number in FIRMWARE_VERSION:
+            version = version << 8 | number
+        version <<= 8
         none = (0,) * 8
         self._link.answer(
             AUTOPILOT_VERSION, (_CAPABILITIES, 0, version, 0, 0, 0, 0, 0) + none + contract + none + (0,) * 18

@@ -160,11 +160,11 @@ class Telemetry:
     def _send_status(self):
         autopilot = self._autopilot
         bad_crc, unknown, lost, overflowed = self._link.counters()
-        refused = autopilot.inbox.refused
-        counts = tuple(min(count, _U16) for count in (bad_crc, unknown, lost, overflowed + refused))
+        errors = (bad_crc, unknown, lost, overflowed + autopilot.inbox.refused)
+        errors = tuple(min(count, _U16) for count in errors)
         sensors = (_GEOFENCE, _GEOFENCE, _GEOFENCE)
         load = min(1000, autopilot.tick_us * 1000 // autopilot.period_us)
-        self._link.send(SYS_STATUS, sensors + (load, _U16, -1, 0, 0) + counts + (-1, 0, 0, 0))
+        self._link.send(SYS_STATUS, sensors + (load, _U16, -1, 0, 0) + errors + (-1, 0, 0, 0))
 
     def _send_state(self, now):
         autopilot = self._autopilot

@@ -108,3 +108,18 @@ decoder.feed(bytes(9) + bytes(buffer[:end]))
 print(bytes(buffer[:end]).hex(), decoder.next_frame(), decoder.message, decoder.values[0], decoder.bad_crc)
 """
     assert on_micropython(program) == f"{bytes(buffer[:end]).hex()} True {HIL_ACTUATOR_CONTROLS} 123456789 0"
+
+
+@needs_micropython
+def test_it_leaves_room_on_a_small_heap():
+    """Compiled from its sources, the hardest case. Interned names double their table at some number: 14 KB at once."""
+    free = on_micropython("""
+import gc
+gc.threshold(4096)
+from firmware_py.autopilot import Autopilot
+from firmware_py.loop import step_lockstep
+from firmware_py.mavlink.link import MavlinkLink
+gc.collect()
+print(gc.mem_free())
+""")
+    assert int(free) > 38_000, "fewer names, modules or tables: a tick needs some 20 KB of this, in one piece"

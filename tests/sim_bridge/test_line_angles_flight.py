@@ -12,10 +12,11 @@ import pytest
 
 from firmware_py.drivers.as5600 import As5600
 from firmware_py.drivers.line_angles import Axis, LineAngles
+from sim_bridge.equipment.sensors import SensorSettings
 from sim_bridge.flight import flight as flights
 from sim_bridge.plants.interface import Truth
 from sim_bridge.runs.run import RunOptions, run_scenario
-from sim_bridge.scenario.scenario import Scenario, load_scenario
+from sim_bridge.scenario.scenario import load_scenario
 from tests.firmware_py.simulated_hardware import encoder_bus
 
 STEP = 2.0 * math.pi / 4096
@@ -48,7 +49,7 @@ def test_it_tracks_in_any_gusts():
 class EncoderSensors:
     """The bridge's sensors, with the board's own driver reading two simulated encoders on the line."""
 
-    def __init__(self, scenario: Scenario):
+    def __init__(self, settings: SensorSettings, seed: int):
         (self._azimuth, azimuth), (self._elevation, elevation) = encoder_bus(), encoder_bus()
         self.angles = LineAngles(Axis(As5600(azimuth), 1234, -1), Axis(As5600(elevation), 4000, 1))
         _made.append(self)
