@@ -38,6 +38,7 @@ class Decoder:
         self.system = 0
         self.component = 0
         self.values = ()
+        self.frames = 0
         self.bad_crc = 0
         self.unknown = 0
         self.foreign = 0
@@ -144,6 +145,7 @@ class Decoder:
             self._payload[:length] = self._view[payload : payload + length]
             self._payload[length:full_length] = self._zeros[: full_length - length]
             self.values = struct.unpack_from(layout, self._payload, 0)
+        self.frames += 1
         return True
 
     def _message_at(self, marker):

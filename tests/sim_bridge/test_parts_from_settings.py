@@ -87,7 +87,8 @@ def test_settings_stay_as_they_were_made_and_say_what_they_take():
     assert isinstance(settings.rate_limit_per_s, float)
     with pytest.raises(FrozenInstanceError):
         settings.lag_s = 0.1  # type: ignore[misc]
-    assert "dead_time_s: dead time from command to actual steering [s] (0 to 5; default 0.0)" in (ActuatorSettings.__doc__ or "")
+    line = "dead_time_s: dead time from command to actual steering [s] (0 to 5; default 0.0)"
+    assert line in (ActuatorSettings.__doc__ or "")
     assert WindSettings().convection_m_s is None
 
 
