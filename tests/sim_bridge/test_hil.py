@@ -6,6 +6,7 @@ import select
 import socket
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 import tty
@@ -22,7 +23,7 @@ from sim_bridge.runs.hardware_in_the_loop import board_report, delay_problem, fl
 from sim_bridge.runs.run import RunOptions
 from sim_bridge.runtimes.inproc import InprocRuntime
 from sim_bridge.runtimes.interface import clock_us
-from sim_bridge.runtimes.process import HEAP, micropython_command
+from sim_bridge.runtimes.process import micropython_and_firmware, micropython_command
 from sim_bridge.scenario.scenario import load_scenario
 
 BAUD = 115200
@@ -99,9 +100,10 @@ def cable(tmp_path):
 
 
 def firmware_on(device, interpreter, host="serial"):
-    command = [sys.executable] if interpreter == "cpython" else [str(micropython_command()), "-X", HEAP]
-    return subprocess.Popen([*command, "-m", "firmware_py.main", host, device, "realtime"],
-                            cwd=Path(firmware_py.__file__).parent.parent)
+    command, folder = [sys.executable], Path(firmware_py.__file__).parent.parent
+    if interpreter == "micropython":
+        command, folder = micropython_and_firmware(Path(tempfile.mkdtemp()))
+    return subprocess.Popen([*command, "-m", "firmware_py.main", host, device, "realtime"], cwd=folder)
 
 
 @pytest.mark.parametrize("interpreter", ["micropython", "cpython"])
