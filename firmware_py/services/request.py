@@ -4,14 +4,17 @@ from ..generated_enums import (
     KITE_MODE_MANUAL,
     KITE_MODE_PARK,
     KITE_MODE_STANDBY,
+    KITE_MODE_TRACK,
     MAV_CMD_COMPONENT_ARM_DISARM,
     MAV_CMD_DO_SET_MODE,
     MAV_CMD_PREFLIGHT_STORAGE,
     MAV_CMD_SET_MESSAGE_INTERVAL,
 )
 
-_MOVING = (MAV_CMD_COMPONENT_ARM_DISARM, MAV_CMD_DO_SET_MODE)
-_CHANGING = _MOVING + (MAV_CMD_PREFLIGHT_STORAGE, MAV_CMD_SET_MESSAGE_INTERVAL)
+_MODES = (KITE_MODE_STANDBY, KITE_MODE_MANUAL, KITE_MODE_PARK, KITE_MODE_TRACK)
+_CHANGING = (
+    MAV_CMD_COMPONENT_ARM_DISARM, MAV_CMD_DO_SET_MODE, MAV_CMD_PREFLIGHT_STORAGE, MAV_CMD_SET_MESSAGE_INTERVAL,
+)
 
 
 class Request:
@@ -46,8 +49,10 @@ class Command(Request):
         return self.command in _CHANGING
 
     def moves(self):
-        """True for a command that arms, disarms or changes the mode."""
-        return self.command in _MOVING
+        """True for a command that arms, disarms or asks for a mode that there is; another one is only answered."""
+        if self.command == MAV_CMD_DO_SET_MODE:
+            return self.param2 in _MODES
+        return self.command == MAV_CMD_COMPONENT_ARM_DISARM and self.param1 in (0.0, 1.0)
 
     def wish(self):
         """What a command that moves the kite asks for, to tell copies of it from others."""

@@ -50,6 +50,16 @@ def test_a_command_to_track_that_waits_is_overtaken_by_a_later_one(later):
     assert bench.autopilot.modes.mode == later
 
 
+def test_a_command_for_a_mode_that_does_not_exist_overtakes_nothing():
+    bench = Bench()
+    bench.start(PARK)
+    bench.tell(mode_command(TRACK))
+    bench.step()  # the eight is being checked
+    bench.tell(mode_command(77))
+    results = [ack.result for ack in of_kind("COMMAND_ACK", bench.run(0.4))]
+    assert results == [REJECTED, ACCEPTED] and bench.mode == TRACK
+
+
 @pytest.mark.parametrize("later", [MANUAL, PARK, STANDBY])
 def test_a_late_copy_of_a_command_changes_nothing(later):
     """The same station over a second link, half a second slower: its frames have the same numbers."""
