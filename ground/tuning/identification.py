@@ -43,7 +43,7 @@ def identify_in_flight(session: Session, history: StateHistory, seconds: float, 
         UsageError: this flight does not tell, with the reason.
         NoAnswerError: the kite fell silent.
     """
-    from kite_analysis.flights.columns import FlightDataError  # noqa: PLC0415
+    from kite_analysis.flights.description import FlightDataError  # noqa: PLC0415
     from kite_analysis.flights.telemetry import for_identification  # noqa: PLC0415
     from kite_analysis.identification.actuator_fit import identify_actuator  # noqa: PLC0415  (numpy, and slow to load)
     from kite_analysis.identification.turning_rate_fit import identify_law  # noqa: PLC0415

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kite_analysis.flights.columns import Column, FlightDataError
+from kite_analysis.flights.description import Column, FlightDataError
 from kite_analysis.figure_eight import Array
 
 _LARGEST_GRID = 100  # rows of a uniform grid for each row recorded

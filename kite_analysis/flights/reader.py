@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from kite_analysis.flights.columns import (
+from kite_analysis.flights.description import (
     PUBLIC_FLIGHT,
     SIMULATED_RUN,
     ColumnDescription,

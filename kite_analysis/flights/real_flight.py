@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from kite_analysis.flights.columns import PUBLIC_FLIGHT, ColumnDescription, FlightDataError, load_description, no_phase
+from kite_analysis.flights.description import PUBLIC_FLIGHT, ColumnDescription, FlightDataError, load_description, no_phase
 from kite_analysis.console.optional_packages import ExtraMissingError
 from kite_analysis.flights.checks import check_period
 from kite_analysis.flights.record import FlightRecord

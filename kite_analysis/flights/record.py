@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kite_analysis.flights.columns import ColumnDescription, FlightDataError, no_phase
+from kite_analysis.flights.description import ColumnDescription, FlightDataError, no_phase
 from kite_analysis.flights.checks import check_span
 from kite_analysis.figure_eight import Array
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from kite_analysis.flights.columns import Column, ColumnDescription, FlightDataError
+from kite_analysis.flights.description import Column, ColumnDescription, FlightDataError
 from kite_analysis.flights.checks import Row, check_times, check_units
 from kite_analysis.flights.record import FlightRecord, as_recorded
 from kite_analysis.figure_eight import Array

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kite_analysis.figure_eight import Array
-from kite_analysis.flights.columns import QUANTITIES, FlightDataError
+from kite_analysis.flights.description import QUANTITIES, FlightDataError
 from kite_analysis.flights.record import COLUMNS, FlightRecord, Series, as_recorded, on_a_grid
 from kite_analysis.flights.tlog import read_tlog
 from protocol import dialect

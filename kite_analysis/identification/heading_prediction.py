@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kite_analysis.figure_eight import Array
-from kite_analysis.flights.columns import FlightDataError
+from kite_analysis.flights.description import FlightDataError
 from kite_analysis.flights.record import FlightRecord, stretches
 from kite_analysis.identification.actuator_fit import identify_actuator
 from kite_analysis.identification.actuator_model import ActuatorModel, follow

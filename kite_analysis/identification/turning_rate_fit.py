@@ -12,7 +12,7 @@ import numpy as np
 
 from kite_analysis.figure_eight import Array
 from kite_analysis.flights.checks import check_period
-from kite_analysis.flights.columns import FlightDataError
+from kite_analysis.flights.description import FlightDataError
 from kite_analysis.flights.record import FlightRecord
 from kite_analysis.identification.fit_quality import blocked_std, r_squared
 from kite_analysis.identification.turning_rates import LawRows, choose, law_rows, regressors

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kite_analysis.figure_eight import Array
-from kite_analysis.flights.columns import FlightDataError
+from kite_analysis.flights.description import FlightDataError
 from kite_analysis.flights.record import FlightRecord, stretches
 
 

@@ -5,8 +5,8 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import Any
 
+from sim_bridge.boards.first_heartbeat import wait_for_heartbeat
 from sim_bridge.boards.flash import flash
-from sim_bridge.boards.heard import wait_for_heartbeat
 from sim_bridge.boards.image import ARCHITECTURES, BoardError, lay_out
 
 

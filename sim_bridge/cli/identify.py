@@ -7,7 +7,7 @@ from argparse import Namespace, RawDescriptionHelpFormatter
 from pathlib import Path
 from typing import Any
 
-from kite_analysis.flights.columns import FlightDataError
+from kite_analysis.flights.description import FlightDataError
 from kite_analysis.flights.reader import read_record
 from kite_analysis.flights.record import FlightRecord
 from kite_analysis.identification.actuator_fit import ActuatorFit, identify_actuator

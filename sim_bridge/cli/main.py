@@ -9,7 +9,7 @@ from typing import Any
 
 from kite_analysis.console.mistakes import Parser
 from kite_analysis.console.optional_packages import ExtraMissingError
-from kite_analysis.flights.columns import FlightDataError
+from kite_analysis.flights.description import FlightDataError
 from kite_analysis.metrics import RULE
 from kite_analysis.picture_file import FileRefusedError
 from sim_bridge.boards.image import BoardError

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from sim_bridge.cli.actions import report
 from sim_bridge.cli.notes import notice
 from sim_bridge.errors import ScenarioError
-from sim_bridge.flight.flight import COLUMNS, TruthRow
+from sim_bridge.flight.truth_columns import COLUMNS, TruthRow
 from sim_bridge.runs.provenance import differences, scenario_as_logged
 from sim_bridge.runs.reader import LoggedTruth, read_about, read_input
 from sim_bridge.runs.run import RecordedGround, RunOptions, run_scenario

@@ -15,6 +15,7 @@ from sim_bridge.flight.judgement import Judge, recent_errors
 from sim_bridge.flight.plant_choice import make_plant
 from sim_bridge.flight.preflight import PREFLIGHT_TICKS, Preflight
 from sim_bridge.flight.start_state import lead_in, start_position
+from sim_bridge.flight.truth_columns import COLUMNS, TruthRow
 from sim_bridge.links.emulation import LinkDirection, patience_s, without
 from sim_bridge.links.ground_path import GroundLink
 from sim_bridge.links.wire import STEERING_BYTES
@@ -24,37 +25,6 @@ from sim_bridge.scenario.scenario import Scenario
 from sim_bridge.wind.wind import Wind
 
 _NO_STATE = KiteState._make([nan] * len(KiteState._fields))  # type: ignore[arg-type]
-
-
-class TruthRow(NamedTuple):
-    """The truth at a tick.
-
-    From `state_course_rad` to `path_parameter_rad`, and `status`, it is what the firmware's last KITE_STATE said, nan
-    where there was none; the mode is the last heartbeat's, -1 long after that; the wind is that at 6 m with its gusts
-    along, before the profile.
-    """
-
-    time_s: float
-    azimuth_rad: float
-    elevation_rad: float
-    course_rad: float
-    heading_rad: float
-    airspeed_m_s: float
-    steering: float
-    state_course_rad: float
-    target_course_rad: float
-    cross_track_rad: float
-    path_parameter_rad: float
-    steering_asked: float
-    status: float
-    mode: float
-    distance_m: float
-    tether_force_n: float
-    wind_m_s: float
-    wind_direction_rad: float
-
-
-COLUMNS = TruthRow._fields
 
 
 class TickRecord(NamedTuple):

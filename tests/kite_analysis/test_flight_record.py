@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kite_analysis.flights.columns import PUBLIC_FLIGHT, QUANTITIES, FlightDataError, load_description
+from kite_analysis.flights.description import PUBLIC_FLIGHT, QUANTITIES, FlightDataError, load_description
 from kite_analysis.flights.reader import read_record
 from kite_analysis.identification.actuator_fit import identify_actuator
 from kite_analysis.identification.turning_rate_fit import identify_law

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kite_analysis.flights.columns import FlightDataError
+from kite_analysis.flights.description import FlightDataError
 from kite_analysis.flights.reader import read_record
 from kite_analysis.identification.eight_spread import eight_spread
 from kite_analysis.identification.heading_prediction import cross_fits, cross_predictions, fit_model, predict_heading

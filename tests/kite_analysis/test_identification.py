@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from kite_analysis.figure_eight import turning_angle
-from kite_analysis.flights.columns import FlightDataError
+from kite_analysis.flights.description import FlightDataError
 from kite_analysis.flights.reader import read_record
 from kite_analysis.flights.record import FlightRecord, as_recorded
 from kite_analysis.identification.actuator_fit import identify_actuator

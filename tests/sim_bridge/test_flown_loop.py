@@ -10,7 +10,8 @@ from kite_analysis.delay.characteristic_roots import Gains, Loop
 from kite_analysis.delay.flown_loop import FlownLoop, flown_limit, following_error, turning_of
 from kite_analysis.delay.whole_loop import gain_limit
 from kite_analysis.figure_eight import TargetEight
-from sim_bridge.flight.flight import COLUMNS, Flight
+from sim_bridge.flight.flight import Flight
+from sim_bridge.flight.truth_columns import COLUMNS
 from sim_bridge.runtimes.memory import MemoryRuntime
 from sim_bridge.scenario.scenario import load_scenario
 

@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 
 from sim_bridge.errors import ScenarioError
-from sim_bridge.flight.flight import COLUMNS, Flight
+from sim_bridge.flight.flight import Flight
 from sim_bridge.flight.plant_choice import make_plant
+from sim_bridge.flight.truth_columns import COLUMNS
 from sim_bridge.plants.four_point import FourPointKite
 from sim_bridge.plants.four_point_forces import Sizes, add_wing_forces
 from sim_bridge.plants.four_point_geometry import Shape

@@ -8,7 +8,8 @@ import pytest
 
 from protocol import dialect
 from sim_bridge.errors import ScenarioError
-from sim_bridge.flight.flight import COLUMNS, Flight
+from sim_bridge.flight.flight import Flight
+from sim_bridge.flight.truth_columns import COLUMNS
 from sim_bridge.links.emulation import PathSettings
 from sim_bridge.links.ground_path import GroundLink, GroundSettings, GroundSocket
 from sim_bridge.runtimes.memory import MemoryRuntime

@@ -17,7 +17,8 @@ import pytest
 import firmware_py
 from protocol import dialect
 from sim_bridge.errors import ScenarioError
-from sim_bridge.flight.flight import COLUMNS, Flight
+from sim_bridge.flight.flight import Flight
+from sim_bridge.flight.truth_columns import COLUMNS
 from sim_bridge.links.port import open_port
 from sim_bridge.runs.hardware_in_the_loop import board_report, delay_problem, fly_board, link_warnings
 from sim_bridge.runs.run import RunOptions

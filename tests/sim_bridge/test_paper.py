@@ -9,7 +9,8 @@ import pytest
 from firmware_py.control.figure_eight import FigureEight
 from firmware_py.control.guidance import Guidance
 from kite_analysis.delay.inner_loop import loop_delay, stability_limit
-from sim_bridge.flight.flight import COLUMNS, Flight
+from sim_bridge.flight.flight import Flight
+from sim_bridge.flight.truth_columns import COLUMNS
 from sim_bridge.runs.run import RunOptions, run_scenario
 from sim_bridge.runtimes.inproc import InprocRuntime
 from sim_bridge.runtimes.process import micropython_command

@@ -11,7 +11,8 @@ from typing import Any
 import pytest
 
 from firmware_py.mavlink.generated_messages import NAMED_VALUE_FLOAT
-from sim_bridge.flight.flight import COLUMNS, Flight
+from sim_bridge.flight.flight import Flight
+from sim_bridge.flight.truth_columns import COLUMNS
 from sim_bridge.runs.run import RunOptions, run_scenario
 from sim_bridge.runtimes.inproc import InprocRuntime
 from sim_bridge.runtimes.process import micropython_command

@@ -7,8 +7,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from protocol import dialect
-from sim_bridge.flight.flight import COLUMNS, Flight
+from sim_bridge.flight.flight import Flight
 from sim_bridge.flight.preflight import Preflight
+from sim_bridge.flight.truth_columns import COLUMNS
 from sim_bridge.links.emulation import LinkSettings, PathSettings
 from sim_bridge.links.ground_path import GroundLink
 from sim_bridge.links.wire import BRIDGE_COMPONENT, BRIDGE_SYSTEM, as_request

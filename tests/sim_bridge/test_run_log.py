@@ -19,7 +19,7 @@ from protocol.contract import CONTRACT_HASH
 from protocol.parameter_table import load_parameters
 from sim_bridge.cli.main import main
 from sim_bridge.flight import flight
-from sim_bridge.flight.flight import COLUMNS
+from sim_bridge.flight.truth_columns import COLUMNS
 from sim_bridge.runs import growing_files, run_log
 from sim_bridge.runs.run import RunOptions, run_scenario
 from sim_bridge.runtimes.memory import MemoryRuntime

@@ -11,7 +11,8 @@ from kite_analysis.angles import wrap
 from kite_analysis.metrics import VERDICTS
 from protocol import dialect
 from sim_bridge.cli.main import main
-from sim_bridge.flight.flight import COLUMNS, Flight
+from sim_bridge.flight.flight import Flight
+from sim_bridge.flight.truth_columns import COLUMNS
 from sim_bridge.links.emulation import PathSettings
 from sim_bridge.links.ground_path import GroundLink
 from sim_bridge.runs.run import RunOptions, run_scenario

@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 
 from sim_bridge.errors import ScenarioError
-from sim_bridge.flight.flight import COLUMNS, Flight
+from sim_bridge.flight.flight import Flight
 from sim_bridge.flight.plant_choice import make_plant
+from sim_bridge.flight.truth_columns import COLUMNS
 from sim_bridge.runtimes.inproc import InprocRuntime
 from sim_bridge.scenario.scenario import Scenario
 from sim_bridge.wind.air import Air

@@ -13,8 +13,9 @@ from kite_analysis.delay.inner_loop import loop_delay
 from kite_analysis.delay.sampled_loop import SampledLoop, sampled_limit
 from kite_analysis.delay.whole_loop import best_gains, gain_limit
 from kite_analysis.figure_eight import unit_position
-from sim_bridge.flight.flight import COLUMNS, Flight
+from sim_bridge.flight.flight import Flight
 from sim_bridge.flight.start_state import start_position
+from sim_bridge.flight.truth_columns import COLUMNS
 from sim_bridge.runtimes.inproc import InprocRuntime
 from sim_bridge.scenario.scenario import load_scenario
 

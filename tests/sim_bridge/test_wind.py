@@ -8,7 +8,8 @@ from scipy.signal import welch
 
 from sim_bridge.cli.main import main
 from sim_bridge.errors import ScenarioError
-from sim_bridge.flight.flight import COLUMNS, Flight
+from sim_bridge.flight.flight import Flight
+from sim_bridge.flight.truth_columns import COLUMNS
 from sim_bridge.runtimes.inproc import InprocRuntime
 from sim_bridge.scenario.scenario import load_scenario
 from sim_bridge.wind.air import Air

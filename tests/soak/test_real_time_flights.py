@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from protocol import dialect
-from sim_bridge.flight.flight import COLUMNS
+from sim_bridge.flight.truth_columns import COLUMNS
 from sim_bridge.runs.hardware_in_the_loop import fly_board
 from sim_bridge.runs.run import RunOptions, run_scenario
 from sim_bridge.scenario.scenario import Scenario, load_scenario

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kite_analysis.flights.columns import FlightDataError
+from kite_analysis.flights.description import FlightDataError
 from kite_analysis.flights.reader import read_record
 from kite_analysis.flights.record import FlightRecord
 from kite_analysis.identification.turning_rate_fit import LawFit, identify_law
