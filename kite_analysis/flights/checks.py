@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kite_analysis.flights.description import Column, FlightDataError
 from kite_analysis.figure_eight import Array
+from kite_analysis.flights.description import Column, FlightDataError
 
 _LARGEST_GRID = 100  # rows of a uniform grid for each row recorded
 _LOOKED_AT = 2000  # rows, for the column that holds a time's fraction

@@ -9,12 +9,18 @@ from pathlib import Path
 
 import numpy as np
 
-from kite_analysis.flights.description import PUBLIC_FLIGHT, ColumnDescription, FlightDataError, load_description, no_phase
 from kite_analysis.console.optional_packages import ExtraMissingError
+from kite_analysis.figure_eight import Array, TargetEight, unit_position
 from kite_analysis.flights.checks import check_period
+from kite_analysis.flights.description import (
+    PUBLIC_FLIGHT,
+    ColumnDescription,
+    FlightDataError,
+    load_description,
+    no_phase,
+)
 from kite_analysis.flights.record import FlightRecord
 from kite_analysis.flights.table import read_table
-from kite_analysis.figure_eight import Array, TargetEight, unit_position
 
 _LEAST_S = 5.0  # of flight; with less there is no eight
 _LEAST_AZIMUTH = 0.02  # [rad], from side to side

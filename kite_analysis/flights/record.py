@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kite_analysis.flights.description import ColumnDescription, FlightDataError, no_phase
-from kite_analysis.flights.checks import check_span
 from kite_analysis.figure_eight import Array
+from kite_analysis.flights.checks import check_span
+from kite_analysis.flights.description import ColumnDescription, FlightDataError, no_phase
 
 _ANGLES = ("azimuth", "course", "heading")  # these wrap
 _COMMANDS = ("steering", "set_steering")
@@ -23,7 +23,7 @@ class Series(NamedTuple):
 
 
 class FlightRecord(NamedTuple):
-    """A flight: each array (n,), SI units, radians, our signs, NaN where missing. `period_s` is from row to row, mostly.
+    """A flight: each array (n,), SI units, radians, our signs, NaN where missing. `period_s`: the usual row spacing.
 
     On a uniform grid, as `evenly_spaced` gives it, the angles are unwrapped. `set_steering` is the command in force
     from its row to the next. `command_slack_s`: it may have come this much later than recorded. `smoothing_s`: width of
@@ -93,8 +93,8 @@ def stretches(usable: Array, least: int = 1) -> Iterator[slice]:
 def evenly_spaced(flight: FlightRecord, description: ColumnDescription, where: str) -> FlightRecord:
     """A `flight` as recorded, on a grid of the median time between rows; `where` names it in errors.
 
-    Sensors that are read less often than rows are written, with empty fields or old values between, are used only at the
-    times of their readings.
+    Sensors that are read less often than rows are written, with empty fields or old values between, are used only at
+    the times of their readings.
 
     Raises:
         FlightDataError: no row lies in the described phase.

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from kite_analysis.flights.description import Column, ColumnDescription, FlightDataError
-from kite_analysis.flights.checks import Row, check_times, check_units
-from kite_analysis.flights.record import FlightRecord, as_recorded
 from kite_analysis.figure_eight import Array
+from kite_analysis.flights.checks import Row, check_times, check_units
+from kite_analysis.flights.description import Column, ColumnDescription, FlightDataError
+from kite_analysis.flights.record import FlightRecord, as_recorded
 
 _NO_VALUE = 1e6  # what a logger writes in place of a value it does not know may be as large as this, or infinite
 _MANY = 12  # columns; more of them are not listed
