@@ -71,8 +71,11 @@ def pour(address: tuple[str, int], over: threading.Event) -> None:
                     attacker.sendto(ask, address)
 
 
-def listen(station: socket.socket, address: tuple[str, int]) -> list[float]:
-    """Send a station's heartbeats for FLOWN_S, then disarm until that is seen; when the kite's heartbeats came [s]."""
+def listen(station: socket.socket, address: tuple[str, int]) -> tuple[list[float], float]:
+    """Send a station's heartbeats for FLOWN_S, then disarm until that is seen.
+
+    Return when the kite's heartbeats came [s], and how long the first state in STANDBY took to come [s].
+    """
     parser = dialect.MAVLink(None)
     parser.robust_parsing = True
     beats: list[float] = []
@@ -93,7 +96,7 @@ def listen(station: socket.socket, address: tuple[str, int]) -> list[float]:
                 beats.append(time.monotonic())
                 started = started or beats[0]
             elif message.get_type() == "KITE_STATE" and sent_s and kind.mode == dialect.KITE_MODE_STANDBY:
-                return beats
+                return beats, time.monotonic() - sent_s
         if started and not sent_s and time.monotonic() - started > FLOWN_S:
             sent_s = time.monotonic()
             station.sendto(datagram(255, command(dialect.MAV_CMD_COMPONENT_ARM_DISARM, 0.0)), address)
@@ -120,26 +123,13 @@ def fly(folder: Path, flooded: bool) -> Heard:
             station.settimeout(0.05)
             if flooded:
                 attack.start()
-            beats = listen(station, address)
+            beats, disarm_took_s = listen(station, address)
     finally:
         over.set()
         if flooded and attack.is_alive():
             attack.join()
         process.wait(60.0)
-    return Heard(beats, disarm_time(log), steering_ages(log / "control.tlog"))
-
-
-def disarm_time(log: Path) -> float:
-    """From the tick that DISARM reached to the firmware's first state in STANDBY, on the clock of the log [s]."""
-    disarm = datagram(255, command(dialect.MAV_CMD_COMPONENT_ARM_DISARM, 0.0))
-    came_us = next(time_us for time_us, frame in read_tlog(log / "ground.tlog") if frame == disarm)
-    decoder = dialect.MAVLink(None)
-    for time_us, frame in read_tlog(log / "control.tlog"):
-        if time_us >= came_us and int.from_bytes(frame[7:10], "little") == dialect.MAVLINK_MSG_ID_KITE_STATE:
-            state: Any = decoder.decode(bytearray(frame))
-            if state.mode == dialect.KITE_MODE_STANDBY:
-                return (time_us - came_us) * 1e-6
-    raise AssertionError("DISARM was not obeyed")
+    return Heard(beats, disarm_took_s, steering_ages(log / "control.tlog"))
 
 
 def steering_ages(path: Path) -> list[float]:
