@@ -157,7 +157,8 @@ def firmware_parameters(table_text: str) -> str:
     for column, field in _COLUMNS.items():
         values = [getattr(p, field) for p in table.values()]
         lines += [_comment(column, values), f"{column.upper()} = array('f', (", *_packed(values), "))"]
-    lines += [f"FLAGS = bytes(({_wrapped(map(repr, flags))}))", "", *_rows(table)]
+    lines += [f"FLAGS = bytes(({_wrapped(map(repr, flags))}))", "",
+              *(f"{name} = {index}" for index, name in enumerate(table))]
     return "\n".join(lines) + "\n"
 
 
@@ -175,10 +176,6 @@ def _packed(values: Sequence[float]) -> list[str]:
     """Lines of bytes literals: the float32 of each value, little-endian."""
     words = [struct.pack("<f", value) for value in values]
     return [f"    {b''.join(words[start:start + _WORDS])!r}" for start in range(0, len(words), _WORDS)]
-
-
-def _rows(table: Iterable[str]) -> list[str]:
-    return [f"{name} = {index}" for index, name in enumerate(table)]
 
 
 def firmware_metadata(files: dict[str, str]) -> str:

@@ -87,7 +87,7 @@ class MavlinkLink:
         return size
 
     def answer(self, message, values):
-        """Send an answer; the caller has checked `budget.claim_answer_room`."""
+        """Send an answer; the caller has claimed room with `budget.claim_answer_room`."""
         self.budget.spend_on_answer(self.send(message, values))
 
     def flush(self):

@@ -63,8 +63,7 @@ def revert(args: argparse.Namespace, connect: Connect) -> int:
         if snapshot is None:
             earlier = f"; the one in {keeper.path} is from before that" if keeper.path.exists() else ""
             raise UsageError("nothing to restore: no parameter was changed from this computer since the kite was "
-                             "started"
-                             f"{earlier}")
+                             f"started{earlier}")
         if missing := [name for name in names if name not in snapshot.values]:
             raise UsageError(f"{missing[0]}: is not in the snapshot of {describe_age(snapshot, args.wall_clock())}")
         print(f"snapshot of {describe_age(snapshot, args.wall_clock())}")

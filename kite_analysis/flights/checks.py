@@ -54,9 +54,8 @@ def check_period(period_s: float) -> None:
     if period_s > 1.001 * _LONGEST_PERIOD_S:
         raise FlightDataError(
             f"one row every {period_s:.3g} s is too few: turns need one every {_LONGEST_PERIOD_S:g} s or more often, "
-            "better "
-            "every 0.1 s. Is the unit of the time right? Were rows of equal time dropped? Keep them, and name the "
-            "column with the fraction of the second (docs/flight-files.md)")
+            "better every 0.1 s. Is the unit of the time right? Were rows of equal time dropped? Keep them, and name "
+            "the column with the fraction of the second (docs/flight-files.md)")
 
 
 def check_units(values: dict[str, Array], path: Path) -> None:

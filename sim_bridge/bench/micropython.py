@@ -46,8 +46,8 @@ def bench_micropython(scenario: Scenario, duration_s: float) -> dict[str, Any]:
     Raises:
         FirmwareError: there is no MicroPython, or it failed.
     """
+    command, folder = micropython_and_firmware()
     with tempfile.TemporaryDirectory() as name:
-        command, folder = micropython_and_firmware(Path(name))
         path = Path(name) / "ticks"
         with path.open("wb") as file:
             runtime = _Recorder(file)

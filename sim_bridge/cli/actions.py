@@ -76,9 +76,8 @@ def hil(options: Namespace) -> int:
         if board["board_delay_s"] is not None:
             print(f"the board takes {1000 * board['board_delay_s']:.1f} ms from sample to steering, up to "
                   f"{1000 * board['board_jitter_s']:.1f} ms more at times; {1000 * board['delay_emulated_s']:.1f} ms "
-                  "were "
-                  f"emulated; {1000 * board['delay_flown_s']:.1f} ms were flown, {1000 * board['delay_asked_s']:.0f} "
-                  "requested")
+                  f"were emulated; {1000 * board['delay_flown_s']:.1f} ms were flown, "
+                  f"{1000 * board['delay_asked_s']:.0f} requested")
     _keep(result, options, plot)
     return 0
 

@@ -15,8 +15,7 @@ def add_board_verbs(verbs: Any) -> None:
     image = verbs.add_parser(
         "board-image", help="write a board's files into a folder",
         description="Write main.py, board.py and the compiled firmware into DIR, as they will be on the board. An "
-                    "existing "
-        "board.py is kept.")
+        "existing board.py is kept.")
     image.add_argument("folder", metavar="DIR", help="the folder; created if needed")
     image.add_argument("--platform", choices=tuple(ARCHITECTURES), default="rp2", help="default: rp2")
     image.add_argument("--arch", metavar="ARCH", help="architecture for mpy-cross (default: the platform's)")

@@ -110,8 +110,7 @@ def _link_lines(options: Namespace, effective: EffectiveDelay | None, loop_delay
     share = effective.scatter_s / loop_delay_s
     return [
         f"jitter of {options.jitter:g} s and loss of {options.loss:.0%} in each direction make {options.delay:.4g} s "
-        "act "
-        f"like {effective.delay_s:.4g} s",
+        f"act like {effective.delay_s:.4g} s",
         f"sample age varies by {effective.scatter_s:.3g} s RMS: limits are about {1.2 * share**2:.1%} on the safe side"
         + ("; too much for this model" if share > 1.0 / 3.0 else ""),
         "",

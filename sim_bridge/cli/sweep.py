@@ -31,8 +31,7 @@ def add_sweep_verb(verbs: Any) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
         description="Fly a scenario over a grid of values, or with --runs over a random sample of them, on all cores.\n"
         "Run number n flies with the seed run.seed + n. Results go into a CSV file, one line per run; the same "
-        "command\n"
-        "resumes an interrupted sweep. Runs with other code, defaults or wind do not\n"
+        "command\nresumes an interrupted sweep. Runs with other code, defaults or wind do not\n"
         "get into the same file unless you say so.",
         epilog=f"verdict: {RULE}\n  refused       could not be flown; `trouble` says why\n\n"
          "values: FIRST:LAST:COUNT, FIRST:LAST:COUNT:log, or A,B,C\nexamples:\n"

@@ -15,7 +15,7 @@ class InputBudget:
         self._room = _BURST_BYTES
         self._time_s = float("-inf")
 
-    def has_room(self, time_s: float, size: int) -> bool:
+    def claim_room(self, time_s: float, size: int) -> bool:
         """Take `size` [bytes] at `time_s` [s] of the flight; False, and counted, if there is no room for them."""
         self._room = min(_BURST_BYTES, self._room + max(0.0, time_s - self._time_s) * _RATE_BYTES_S)
         self._time_s = time_s

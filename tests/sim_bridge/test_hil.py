@@ -6,7 +6,6 @@ import select
 import socket
 import subprocess
 import sys
-import tempfile
 import threading
 import time
 import tty
@@ -103,7 +102,7 @@ def cable(tmp_path):
 def firmware_on(device, interpreter, host="serial"):
     command, folder = [sys.executable], Path(firmware_py.__file__).parent.parent
     if interpreter == "micropython":
-        command, folder = micropython_and_firmware(Path(tempfile.mkdtemp()))
+        command, folder = micropython_and_firmware()
     return subprocess.Popen([*command, "-m", "firmware_py.main", host, device, "realtime"], cwd=folder)
 
 
