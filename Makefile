@@ -15,6 +15,7 @@ $(VENV)/.installed: pyproject.toml
 
 $(VENV)/.installed-dev: $(VENV)/.installed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	$(BIN)/python -m tests.emulated_pico.install
 	@touch $@
 
 install: $(VENV)/.installed ## set up .venv with plots and analysis

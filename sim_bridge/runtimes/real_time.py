@@ -2,6 +2,7 @@
 
 import time
 from collections import deque
+from collections.abc import Callable
 
 from protocol import dialect
 from sim_bridge.equipment.sensors import Sample
@@ -20,10 +21,10 @@ class RealTimeRuntime(ProcessRuntime):
 
     def __init__(self, interpreter: str):
         super().__init__(interpreter)
-        self._clock = _WallClock()
+        self._clock = _FlightClock(time.monotonic)
 
     def begin(self, period_s: float, first_time_s: float) -> None:
-        """The wall clock shows `first_time_s` of the flight now; ticks follow each `period_s`."""
+        """The clock shows `first_time_s` of the flight now; ticks follow each `period_s`."""
         self._clock.begin(period_s, first_time_s)
 
     def exchange(self, tick: int, time_s: float, samples: list[Sample], requests: list[Message],
@@ -48,17 +49,19 @@ class HilRuntime(WireRuntime):
     """A board behind a port, flown in real time.
 
     It measures how long the board takes from a sample to the steering that it makes of it, as the KITE_STATE of the
-    same tick tells, so that the emulated link can be shortened by that.
+    same tick tells, so that the emulated link can be shortened by that. `clock` is that by which the board lives [s]:
+    it goes on while the port waits.
     """
 
     name = "hil"
     lead_in_s = 6.0  # a slow cable carries some hundred parameters' frames in that time
 
-    def __init__(self, port: Port, patience_s: float = 15.0):
+    def __init__(self, port: Port, patience_s: float = 15.0, clock: Callable[[], float] = time.monotonic):
         super().__init__()
         self._port = port
         self._patience_s = patience_s
-        self._clock = _WallClock()
+        self._now = clock
+        self._clock = _FlightClock(clock)
         self._sent_at: dict[int, float] = {}
         self._delays: deque[float] = deque(maxlen=2000)
         self._steering_at = 0.0
@@ -67,19 +70,19 @@ class HilRuntime(WireRuntime):
 
     def start(self) -> None:
         """See Runtime: waits for the board's first frame."""
-        deadline = time.monotonic() + self._patience_s
-        while time.monotonic() < deadline:
+        deadline = self._now() + self._patience_s
+        while self._now() < deadline:
             if self._codec.decode(self._port.receive(0.2)):
                 self._disarm()  # it may still fly from before
-                deadline = time.monotonic() + _SETTLE_S
-                while time.monotonic() < deadline:
+                deadline = self._now() + _SETTLE_S
+                while self._now() < deadline:
                     self._port.receive(0.1)  # its answers must not be taken for those to the preflight
                 return
         raise FirmwareError(f"no message from the board for {self._patience_s:g} s: is it powered, is this its port, "
                             "is the baud rate right, does its board.py name this link?")
 
     def begin(self, period_s: float, first_time_s: float) -> None:
-        """The wall clock shows `first_time_s` of the flight now; ticks follow each `period_s`."""
+        """The clock shows `first_time_s` of the flight now; ticks follow each `period_s`."""
         self._clock.begin(period_s, first_time_s)
 
     def exchange(self, tick: int, time_s: float, samples: list[Sample], requests: list[Message],
@@ -87,7 +90,7 @@ class HilRuntime(WireRuntime):
         """See Runtime: returns when the next tick is due, with the times at which steering came."""
         for sample in samples:
             sampled_us, *_ = sample
-            self._sent_at[sampled_us] = time.monotonic()
+            self._sent_at[sampled_us] = self._now()
         while len(self._sent_at) > 200:
             self._sent_at.pop(next(iter(self._sent_at)))
         self._send_inputs(samples, requests, datagrams)
@@ -98,7 +101,7 @@ class HilRuntime(WireRuntime):
             before = len(output.steering)
             _, output = self._sort(data, self._clock.within(time_s), output)
             if len(output.steering) > before:
-                self._steering_at = time.monotonic()
+                self._steering_at = self._now()
             if output.state is not None:
                 self._measure(output.state.sample_time_us)
         return output
@@ -131,17 +134,18 @@ class HilRuntime(WireRuntime):
         self._port.send(datagram)
 
 
-class _WallClock:
-    """Flight time by the wall clock."""
+class _FlightClock:
+    """Flight time by `clock` [s]."""
 
-    def __init__(self) -> None:
-        self._start = time.monotonic()
+    def __init__(self, clock: Callable[[], float]) -> None:
+        self._clock = clock
+        self._start = clock()
         self._period_s = 0.02
 
     def begin(self, period_s: float, first_time_s: float) -> None:
         """`first_time_s` is now."""
         self._period_s = period_s
-        self._start = time.monotonic() - first_time_s
+        self._start = self._clock() - first_time_s
 
     def left(self, tick_time_s: float) -> float:
         """Time [s] until the tick behind the one at `tick_time_s` is due, or 0."""
@@ -152,4 +156,4 @@ class _WallClock:
         return min(tick_time_s + self._period_s, self._now())
 
     def _now(self) -> float:
-        return time.monotonic() - self._start
+        return self._clock() - self._start

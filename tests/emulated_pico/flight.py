@@ -1,0 +1,116 @@
+"""Flies a simulated kite with an emulated Pico, in the Pico's own time, and says how its ticks kept time."""
+
+from bisect import bisect
+from statistics import median
+from typing import NamedTuple
+
+from protocol import dialect
+from sim_bridge.links.wire import BridgeCodec
+from sim_bridge.runs.run import RunOptions, RunResult, run_scenario
+from sim_bridge.runtimes.interface import TickOutput
+from sim_bridge.runtimes.real_time import HilRuntime
+from sim_bridge.scenario.scenario import Scenario
+from tests.emulated_pico.pico import EmulatedPico, Measured
+
+BAUD = 460800
+_QUANTUM_S = 0.0003  # after a first byte: a frame of steering takes 1 ms at 460800 baud
+_PATIENCE_S = 30.0
+
+
+class UartPort:
+    """The board's UART as a port (see sim_bridge.links.port): waiting lets the board's time pass."""
+
+    bytes_per_s = BAUD / 10
+
+    def __init__(self, pico: EmulatedPico):
+        self._pico = pico
+
+    def send(self, data: bytes) -> None:
+        """See Port."""
+        self._pico.send(data)
+
+    def receive(self, timeout_s: float) -> bytes:
+        """See Port."""
+        self._pico.run(max(timeout_s, 1e-6), _QUANTUM_S)
+        return self._pico.take_uart()
+
+    def close(self) -> None:
+        """See Port: the board flies on."""
+
+
+class TimeKeeping(NamedTuple):
+    """How the board kept time; in ms where not said otherwise."""
+
+    ticks: int
+    median: float
+    p999: float
+    worst: float
+    latest: float  # start of a tick after it was due
+    lost: int  # ticks that began more than a period late
+    collections: int
+    in_ticks: int  # collections that fell into a tick
+    longest_collection: float
+    stack_bytes: int
+    clock_mhz: float
+
+    def __str__(self) -> str:
+        return (f"{self.ticks} ticks at {self.clock_mhz:.1f} MHz: median {self.median:.1f}, 99.9 % {self.p999:.1f}, "
+                f"worst {self.worst:.1f} ms; latest start {self.latest:.1f} ms, {self.lost} lost; {self.collections} "
+                f"collections, {self.in_ticks} in a tick, longest {self.longest_collection:.1f} ms; "
+                f"stack {self.stack_bytes} bytes")
+
+
+class _Watched(HilRuntime):
+    """Also notes by the board's clock when each tick began, as its own messages tell."""
+
+    def __init__(self, pico: EmulatedPico):
+        super().__init__(UartPort(pico), _PATIENCE_S, lambda: pico.now)
+        self._listener = BridgeCodec()
+        self._uptime_us = 0
+        self._uptimes_us: list[int] = []
+        self._clock_less_uptime_us = 0
+
+    def _sort(self, data: bytes, time_s: float, output: TickOutput) -> tuple[int | None, TickOutput]:
+        for message in self._listener.decode(data):
+            if isinstance(message, dialect.MAVLink_hil_actuator_controls_message):
+                self._uptimes_us.append(message.time_usec)
+            elif isinstance(message, dialect.MAVLink_kite_state_message) and self._uptimes_us:
+                self._clock_less_uptime_us = message.time_us - self._uptimes_us[-1]
+        return super()._sort(data, time_s, output)
+
+    def starts_s(self) -> list[float]:
+        """When each tick began [s], by the board's clock since its reset."""
+        return [(uptime + self._clock_less_uptime_us) * 1e-6 for uptime in self._uptimes_us]
+
+
+def fly(pico: EmulatedPico, scenario: Scenario) -> tuple[RunResult, TimeKeeping]:
+    """Fly `scenario` with a Pico that runs already; time is kept from the start of the flight to its end."""
+    runtime = _Watched(pico)
+    pico.measured()
+    result = run_scenario(scenario, RunOptions(), runtime=runtime)
+    return result, time_keeping(runtime.starts_s(), pico.measured(), 1.0 / scenario.parameter("LOOP_HZ"))
+
+
+def time_keeping(starts: list[float], measured: Measured, period: float) -> TimeKeeping:
+    """From when ticks began [s since the last reset], and what the emulator saw. `period` [s] is the loop's."""
+    reset_s = measured.resets[-1][1] if measured.resets else 0.0
+    feeds = [feed - reset_s for feed in measured.feeds]
+    durations, collections_in_ticks, lost, latest = [], 0, 0, 0.0
+    due = starts[0]
+    collections = [(start - reset_s, took) for start, took in measured.collections]
+    for start in starts:
+        if start - due > period:
+            lost += 1
+            due = start
+        latest = max(latest, start - due)
+        due += period
+        at = bisect(feeds, start)
+        if at == len(feeds):
+            continue
+        durations.append(feeds[at] - start)
+        collections_in_ticks += sum(start < began < feeds[at] for began, _ in collections)
+    ordered = sorted(durations)
+    return TimeKeeping(
+        len(ordered), 1e3 * median(ordered), 1e3 * ordered[int(0.999 * (len(ordered) - 1))], 1e3 * ordered[-1],
+        1e3 * latest, lost, len(collections), collections_in_ticks,
+        1e3 * max((took for _, took in collections), default=0.0), measured.stack, 1e-6 * measured.clock_hz)
