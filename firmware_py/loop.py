@@ -8,7 +8,7 @@ from .mavlink.generated_messages import KITE_SENSORS, KITE_TICK_END
 from .parameters.generated_parameters import COLLECT_TICKS
 
 _MARGIN_US = 1000
-_PATIENCE = 4  # rounds without enough slack after which garbage is collected all the same
+_PATIENCE = 2  # times as many ticks, after which garbage is collected whatever the slack
 _BOARD = 1  # system and component that a board's own sensors come from
 
 

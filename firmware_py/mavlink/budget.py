@@ -52,6 +52,8 @@ class LinkBudget:
         self._measured = 0  # bytes of the last whole second
         self._second_us = 0
         self._heard_us = _FORGET_US  # since the last report heeded
+        self._unearned_us = 0  # time that what grows with it has not been given yet
+        self._waited_us = 0  # the same for what grows on a line with a rate
 
     def refill(self, elapsed_us):
         """Account for the time since the last call [us]."""
@@ -63,22 +65,40 @@ class LinkBudget:
             self._heard_us += elapsed_us
             if self._heard_us >= _FORGET_US:
                 self.rate = self._most
-        elapsed_us = min(elapsed_us, _SECOND)
+        if elapsed_us > _SECOND:
+            elapsed_us = _SECOND
+        if self._unearned_us < _SECOND:
+            self._unearned_us += elapsed_us
+        rate = self.rate
+        if rate:
+            earned = _bytes_in(rate, elapsed_us)
+            most = earned
+            if most < rate >> 6:
+                most = rate >> 6
+            if most > rate >> 2:
+                most = rate >> 2
+            left = self._left + earned
+            self._left = left if left < most else most
+            left = self._answers_left + (earned >> 1)
+            self._answers_left = left if left < most else most
+            if self._waited_us < _SECOND:
+                self._waited_us += elapsed_us
+
+    def _earn(self):
+        """Bring up to date what grows with time and is not looked at each tick."""
+        elapsed_us = min(self._unearned_us, _SECOND)
+        self._unearned_us = 0
+        waited_us = self._waited_us
+        self._waited_us = 0
+        self._spare.refill(waited_us)
+        self._answers_spare.refill(waited_us)
+        self._texts_spare.refill(waited_us)
+        self._acknowledgements_spare.refill(waited_us)
         earned = _bytes_in(_ACKNOWLEDGEMENTS, elapsed_us)
         self._acknowledgements_left = min(self._acknowledgements_left + earned, _ACKNOWLEDGEMENTS_AT_ONCE)
         self._texts_left = min(self._texts_left + _bytes_in(_TEXTS, elapsed_us), _TEXTS_AT_ONCE)
-        rate = self.rate
-        if not rate:
+        if not self.rate:
             self._answers_left = min(self._answers_left + _bytes_in(_ANSWERS, elapsed_us), _ANSWERS_AT_ONCE)
-            return
-        earned = _bytes_in(rate, elapsed_us)
-        most = min(max(earned, rate >> 6), rate >> 2)
-        self._left = min(self._left + earned, most)
-        self._answers_left = min(self._answers_left + (earned >> 1), most)
-        self._spare.refill(elapsed_us)
-        self._answers_spare.refill(elapsed_us)
-        self._texts_spare.refill(elapsed_us)
-        self._acknowledgements_spare.refill(elapsed_us)
 
     def spend(self, size):
         """Account for `size` bytes that are sent."""
@@ -100,24 +120,33 @@ class LinkBudget:
 
     def claim_room(self):
         """True if telemetry may be sent; the caller then sends it."""
-        return not self.rate or self._left > 0 or self._spare.take()
+        if not self.rate or self._left > 0:
+            return True
+        self._earn()
+        return self._spare.take()
 
     def is_crowded(self):
         """True if the rate is unknown and answers take so much that telemetry should be sent half as often."""
-        return not self.rate and self._answers_left < _CROWDED
+        if self.rate or self._answers_left >= _CROWDED:
+            return False
+        self._earn()
+        return self._answers_left < _CROWDED
 
     def claim_answer_room(self):
         """True if an answer may be sent; the caller then sends it."""
+        self._earn()
         if self._answers_left > 0 and self._has_line_room():
             return True
         return self.rate > 0 and self._answers_spare.take()
 
     def claim_acknowledgement_room(self):
         """True if an acknowledgement may be sent; the caller then sends it."""
+        self._earn()
         return self._acknowledgements_left > 0 and self._has_turn(self._acknowledgements_spare)
 
     def claim_text_room(self):
         """True if a text may be sent; the caller then sends it."""
+        self._earn()
         return self._texts_left > 0 and self._has_turn(self._texts_spare)
 
     def longest(self):

@@ -1,4 +1,4 @@
-"""CRC-16/MCRF4XX, the checksum of MAVLink (x^16 + x^12 + x^5 + 1, reflected, start 0xFFFF)."""
+"""CRC-16/MCRF4XX, the checksum of MAVLink (x^16 + x^12 + x^5 + 1, reflected, start 0xFFFF), and a frame's end."""
 
 from array import array
 
@@ -31,7 +31,22 @@ def crc_byte(value, crc):
     return (crc >> 8) ^ _TABLE[(crc ^ value) & 0xFF]
 
 
+def seal_plain(buffer, start, end, extra):
+    """Finish the MAVLink 2 frame at `start`, whose payload may reach to `end`; return the offset behind it.
+
+    Zero bytes at the payload's end are not sent. Length and CRC are put in; `extra` is the message's CRC extra.
+    """
+    while end > start + 11 and not buffer[end - 1]:
+        end -= 1
+    buffer[start + 1] = end - start - 10
+    crc = crc_byte(extra, crc_bytes_plain(buffer, start + 1, end, START))
+    buffer[end] = crc & 0xFF
+    buffer[end + 1] = crc >> 8
+    return end + 2
+
+
 try:
-    from .crc_viper import crc_bytes
+    from .crc_viper import crc_bytes, seal
 except (ImportError, SyntaxError, ValueError):  # CPython, no native code here, or .mpy for another processor
     crc_bytes = crc_bytes_plain
+    seal = seal_plain

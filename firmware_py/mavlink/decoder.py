@@ -67,69 +67,75 @@ class Decoder:
         `whole`: the bytes end with a datagram, so an incomplete frame stays incomplete.
         """
         buffer = self._buffer
-        while self._start < self._end:
-            marker = buffer[self._start]
-            if marker in (_V2, _V1):
-                size = self._frame_size(marker)
-                if not size or abs(size) > self._end - self._start:
-                    if not whole:
-                        return False
-                elif size > 0 and self._is_whole(marker):
-                    accepted = self._accept(marker)
-                    self._start += size
-                    if accepted:
-                        return True
+        end = self._end
+        while self._start < end:
+            start = self._start
+            marker = buffer[start]
+            if marker == _V2:
+                header = 10
+            elif marker == _V1:
+                header = 6
+            else:
+                self._start = start + 1
+                continue
+            left = end - start
+            size = 0
+            if left >= header:
+                length = buffer[start + 1]
+                size = header + length + 2
+                entry = None
+                if marker == _V1:
+                    message = buffer[start + 5]
+                    entry = MESSAGES.get(message)
+                else:
+                    message = buffer[start + 7] | buffer[start + 8] << 8 | buffer[start + 9] << 16
+                    flags = buffer[start + 2]
+                    if flags & _SIGNED:
+                        size += 13
+                    if not flags & ~_SIGNED:  # else it needs a feature that we do not have
+                        entry = MESSAGES.get(message)
+            if not size or size > left:
+                if not whole:
+                    return False
+            elif entry is None:
+                if self._skip_unknown(header, size):
                     continue
-                elif size < 0 and self._skip_unknown(marker, -size):
-                    continue
-            self._start += 1
+            elif self._is_whole(start, start + header + length, entry):
+                accepted = self._accept(start + header, length, message, entry)
+                self._start = start + size
+                if accepted:
+                    return True
+                continue
+            self._start = start + 1
         return False
 
-    def _frame_size(self, marker):
-        """Size of the frame at the start; 0 if too little of it is there, negative for a message not known."""
-        buffer = self._buffer
-        start = self._start
-        if self._end - start < (10 if marker == _V2 else 6):
-            return 0
-        length = buffer[start + 1]
-        message = self._message_at(marker)
-        if marker == _V1:
-            size = 8 + length
-        else:
-            size = 25 + length if buffer[start + 2] & _SIGNED else 12 + length
-            if buffer[start + 2] & ~_SIGNED:
-                return -size  # needs a feature that we do not have
-        return size if message in MESSAGES else -size
-
-    def _skip_unknown(self, marker, size):
+    def _skip_unknown(self, header, size):
         """Step over a frame of an unknown message if what follows it looks like a frame, or like the end."""
         behind = self._start + size
         if behind < self._end and self._buffer[behind] not in (_V2, _V1):
             return False
         self.unknown += 1
-        self._follow_sequence(self._start + (4 if marker == _V2 else 2), False)
+        self._follow_sequence(self._start + header - (6 if header == 10 else 4), False)
         self._start = behind
         return True
 
-    def _is_whole(self, marker):
-        """True if the checksum of the frame at the start, of a known message, is right."""
+    def _is_whole(self, start, end, entry):
+        """True if the checksum is right of the frame at `start`, whose payload goes to `end`."""
         buffer = self._buffer
-        start = self._start
-        end = start + (10 if marker == _V2 else 6) + buffer[start + 1]
-        _, extra, _, _ = MESSAGES[self._message_at(marker)]
+        _, extra, _, _ = entry
         if crc_byte(extra, crc_bytes(buffer, start + 1, end, START)) == buffer[end] | buffer[end + 1] << 8:
             return True
         self.bad_crc += 1
         return False
 
-    def _accept(self, marker):
-        """The one place that accepts or rejects a frame that came whole (a signature would be checked here too)."""
+    def _accept(self, payload, length, message, entry):
+        """The one place that accepts or rejects a frame that came whole (a signature would be checked here too).
+
+        The frame's `payload` has this `length`; `entry` is the message's in MESSAGES.
+        """
         buffer = self._buffer
-        sequence = self._start + (4 if marker == _V2 else 2)
-        payload = self._start + (10 if marker == _V2 else 6)
-        length = buffer[self._start + 1]
-        message = self._message_at(marker)
-        layout, _, full_length, _ = MESSAGES[message]
+        sequence = payload - (6 if buffer[self._start] == _V2 else 4)
+        layout, _, full_length, _ = entry
         is_ours = not self.own_system or message not in TARGETS or self._is_ours(payload, length, TARGETS[message])
         self._follow_sequence(sequence, is_ours)
         if not is_ours:
@@ -147,14 +153,6 @@ class Decoder:
             self.values = struct.unpack_from(layout, self._payload, 0)
         self.frames += 1
         return True
-
-    def _message_at(self, marker):
-        """The message id of the frame at the start."""
-        buffer = self._buffer
-        start = self._start
-        if marker == _V1:
-            return buffer[start + 5]
-        return buffer[start + 7] | buffer[start + 8] << 8 | buffer[start + 9] << 16
 
     def _is_ours(self, payload, length, targets):
         """True if a payload with its `targets` at these offsets (see TARGETS) is for this system, or for all."""

@@ -2,7 +2,7 @@
 
 import struct
 
-from .crc import START, crc_byte, crc_bytes
+from .crc import seal
 from .generated_messages import MESSAGES
 
 LONGEST_FRAME = 280  # header 10, payload 255, CRC 2, signature 13
@@ -22,12 +22,8 @@ class Encoder:
         The buffer must have LONGEST_FRAME bytes left. Trailing zero bytes of the payload are not sent.
         """
         layout, extra, length, _ = MESSAGES[message]
-        payload = offset + 10
-        struct.pack_into(layout, buffer, payload, *values)
-        while length > 1 and not buffer[payload + length - 1]:
-            length -= 1
+        struct.pack_into(layout, buffer, offset + 10, *values)
         buffer[offset] = 0xFD
-        buffer[offset + 1] = length
         buffer[offset + 2] = 0  # incompatibility flags: not signed
         buffer[offset + 3] = 0
         buffer[offset + 4] = self.sequence
@@ -36,9 +32,5 @@ class Encoder:
         buffer[offset + 7] = message & 0xFF
         buffer[offset + 8] = (message >> 8) & 0xFF
         buffer[offset + 9] = message >> 16
-        end = payload + length
-        crc = crc_byte(extra, crc_bytes(buffer, offset + 1, end, START))
-        buffer[end] = crc & 0xFF
-        buffer[end + 1] = crc >> 8
         self.sequence = (self.sequence + 1) & 0xFF
-        return end + 2
+        return seal(buffer, offset, offset + 10 + length, extra)

@@ -2,6 +2,10 @@
 
 Steering is counted in units of 2^-20: sums of integers are exact and allocate nothing, and every platform
 gives the same ones. Time is counted in ticks of the loop.
+
+The model takes one step a tick. What it did in a stretch of whole ticks is the difference of two running sums, so that
+a long delay costs no more than a short one. A measured position leads to a path of its own: it is followed until it
+meets the model's, or runs beside it at the actuator's limit.
 """
 
 from array import array
@@ -12,6 +16,10 @@ ONE = 1 << 20  # steering of 1.0
 ROOM = 256  # ticks that are remembered
 _INDEX = ROOM - 1
 _COUNTER = 0x3FFFFFFF
+_SUM = 0x3FFFFFFF  # running sums wrap here: a small integer on boards
+_HALF_SUM = 0x20000000
+_STRETCH = 30  # ticks whose moment is less than half a wrap
+_SAME = 4  # two positions this near are one: parts of a tick are rounded
 _NO_LIMIT = 1 << 29
 _SQUARABLE = 0x7FFF  # its square is a small integer on boards
 _MOST = 1 << 21  # a measured steering beyond this is no steering
@@ -27,13 +35,19 @@ class SteeringHistory:
     def __init__(self):
         self._asked = array("i", [0] * ROOM)
         self._felt = array("i", [0] * ROOM)  # where the model is when that tick's steering begins to act
+        self._sums = array("i", [0] * ROOM)  # S: of the mean positions of all ticks before, wrapped
+        self._sums_of_sums = array("i", [0] * ROOM)  # of S up to here, less the first moments in the ticks before
         self._count = 0
         self._model = 0  # where it is when the next tick's will
+        self._sum = 0  # S there
+        self._sum_of_sums = 0
+        self._limited = 0  # the newest ticks that the model spent at its rate limit, in one direction
         self._per_tick = _NO_LIMIT
         self._shift = 0
         self.saturation = ONE
         self._next = 0
         self._inner = 0
+        self._on_model = True  # what is advanced is on the model's path
         self.position = 0
         self.total = 0.0
         self.moment = 0.0
@@ -61,56 +75,115 @@ class SteeringHistory:
         There the actuator is at the `measured` steering, in the model's units, or at the model's own if None.
         """
         self._next = self._count - ticks
+        self.position = self._felt[self._next & _INDEX] if ticks else self._model
+        if partial:
+            self._follow(self._next, self._limit(1.0 - partial))
+        self._on_model = True
         if measured is not None:
-            self.position = max(-_MOST, min(_MOST, measured))
-        elif ticks:
-            self.position = self._felt[self._next & _INDEX]
-            if partial:
-                self._follow(self._next, self._limit(1.0 - partial))
-        else:
-            self.position = self._model
+            way = measured - self.position
+            if not -_SAME <= way <= _SAME:
+                self.position = max(-_MOST, min(_MOST, measured))
+                self._on_model = False
 
     def advance(self, partial, ticks, tail):
         """Advance by `partial` of a tick, then `ticks` whole ones, then half of one if `tail`.
 
         In that half, the last commanded steering is held.
         """
-        before = moment = 0.0
+        before = first = 0.0
         if partial:
             before = self._follow(self._next, self._limit(partial)) * partial
-            moment = self._inner * partial * partial
+            first = self._inner * partial * partial
             self._next += 1
-        total = weighted = inner = 0
-        for index in range(ticks):
+            self._on_model = self._on_model or self._meets_model()
+        total = 0  # of the whole ticks
+        moment = 0.0  # of these about their beginning, the first tick's middle
+        done = 0
+        while done < ticks and not self._on_model:
+            if abs(self._limited) >= self._count - self._next and self._runs_beside(ticks - done):
+                break
             mean = self._follow(self._next, self._per_tick)
             self._next += 1
             total += mean
-            weighted += index * mean
-            inner += self._inner
-        total *= 2  # in half ticks, and the moment in eighths
-        eighths = 8 * (weighted + inner) + 2 * total
-        length = ticks
+            moment += done * mean + self._inner
+            done += 1
+            self._on_model = self._meets_model()
+        beside = 0 if self._on_model or done == ticks else self.position - self._felt[self._next & _INDEX]
+        while done < ticks:
+            size = min(ticks - done, _STRETCH)
+            start = self._next & _INDEX
+            self._next += size
+            if self._next == self._count:
+                here = self._sum
+                of_sums = self._sum_of_sums
+                self.position = self._model + beside
+            else:
+                end = self._next & _INDEX
+                here = self._sums[end]
+                of_sums = self._sums_of_sums[end]
+                self.position = self._felt[end] + beside
+            stretch = _wrapped(here - self._sums[start])
+            inside = size * stretch - _wrapped(
+                _wrapped(of_sums - self._sums_of_sums[start]) - _wrapped_product(size, self._sums[start]))
+            stretch += beside * size
+            moment += done * stretch + inside + beside * (size * (size - 1) >> 1)
+            total += stretch
+            done += size
+        length = ticks + 0.5 if tail else ticks
+        moment -= (0.5 * length - 0.5) * total
         if tail:
             mean = self._follow(self._count - 1, self._per_tick >> 1 or 1)
-            total += mean
-            eighths += mean * (4 * ticks + 1) + 2 * self._inner
-            length += 0.5
-            eighths -= (2 * ticks + 1) * total
-        else:
-            eighths -= 2 * ticks * total
-        self.total = 0.5 * total
-        self.moment = 0.125 * eighths
+            moment += 0.25 * self._inner + 0.25 * ticks * mean
+            total += 0.5 * mean
         if partial:
-            self.moment += moment + 0.5 * (self.total * partial - before * length)
-            self.total += before
+            moment += first + 0.5 * (total * partial - before * length)
+            total += before
+        self.total = total
+        self.moment = moment
+
+    def _meets_model(self):
+        """True if the path that is followed has come to the model's, at the beginning of a tick."""
+        model = self._model if self._next == self._count else self._felt[self._next & _INDEX]
+        if -_SAME <= self.position - model <= _SAME:
+            self.position = model
+            return True
+        return False
+
+    def _runs_beside(self, ticks):
+        """True if a path beside a model that is at its limit is so too for `ticks`, and stays as far from it.
+
+        One that is ahead may reach its target earlier; it is taken to run beside only where that makes no difference to
+        speak of, of less than the limit's way in a tick.
+        """
+        beside = self.position - self._felt[self._next & _INDEX]
+        ahead = beside if self._limited > 0 else -beside
+        if ahead <= 0:
+            return True
+        if ahead > self._per_tick:
+            return False
+        end = self._next + ticks
+        model = self._model if end == self._count else self._felt[end & _INDEX]
+        left = max(-self.saturation, min(self.saturation, self._asked[(end - 1) & _INDEX])) - model
+        return left >= beside if self._limited > 0 else left <= beside
 
     def _push(self, asked):
         index = self._count & _INDEX
         self._asked[index] = asked
-        self._felt[index] = self.position = self._model
-        self._follow(index, self._per_tick)
+        self._felt[index] = before = self.position = self._model
+        self._sums[index] = self._sum
+        self._sums_of_sums[index] = self._sum_of_sums
+        mean = self._follow(index, self._per_tick)
         self._model = self.position
+        self._sum = _wrapped(self._sum + mean)
+        self._sum_of_sums = _wrapped(self._sum_of_sums + self._sum - self._inner)
         self._count = (self._count + 1) & _COUNTER
+        way = self._model - before
+        if way == self._per_tick:
+            self._limited = self._limited + 1 if self._limited > 0 else 1
+        elif way == -self._per_tick:
+            self._limited = self._limited - 1 if self._limited < 0 else -1
+        else:
+            self._limited = 0
 
     def _limit(self, share):
         """How far the actuator gets in this share of a tick."""
@@ -146,3 +219,13 @@ class SteeringHistory:
             return target - short
         self._inner = -inner
         return target + short
+
+
+def _wrapped(value):
+    """`value` brought into the range of the running sums."""
+    return ((value + _HALF_SUM) & _SUM) - _HALF_SUM
+
+
+def _wrapped_product(count, value):
+    """`count` times a running sum, bar whole wraps, in integers of 30 bits."""
+    return count * (value & 0x7FFF) + ((count * (value >> 15) & 0x7FFF) << 15)

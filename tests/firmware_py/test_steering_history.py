@@ -1,5 +1,7 @@
 """The steering already sent, and the actuator's model that goes through it, against the bridge's actuator."""
 
+import random
+
 import pytest
 from eights import parameters
 from hypothesis import given, settings
@@ -65,6 +67,47 @@ def test_it_is_where_the_actuator_is_and_did_what_it_did(asked, rate, saturation
     assert made.total / ONE == pytest.approx(sum(path) / FINE, abs=3e-4)
     moment = sum(p * (i + 0.5 - middle) for i, p in enumerate(path)) / FINE**2
     assert made.moment / ONE == pytest.approx(moment, abs=1e-3 + jump * 1e-2)
+
+
+def swings(seed: int, ticks: int) -> list[float]:
+    """Steering that leans to one side, with stretches at rest, ramps and jumps: what a flight asks for."""
+    chance = random.Random(seed)
+    asked, value = [], 0.0
+    while len(asked) < ticks:
+        slope = chance.choice((0.0, 0.003, -0.003, 0.2))
+        value = chance.choice((value, 0.5 + 0.4 * chance.random(), -0.3))
+        for _ in range(chance.randint(1, 30)):
+            value = max(-1.0, min(1.0, value + slope))
+            asked.append(value)
+    return asked[:ticks]
+
+
+@settings(deadline=None, max_examples=100)
+@given(st.integers(0, 10**6), st.integers(0, ROOM - 2), st.sampled_from([0.0, 0.21, 4.0]),
+       st.sampled_from([None, -0.9, -0.004, 0.001, 0.03, 0.4]))
+def test_after_hours_a_long_delay_is_as_exact_as_a_short_one(seed, ticks, rate, off):
+    """Also where a sensor finds the actuator elsewhere than the model has it, by `off`."""
+    asked = [0.9] * 2000 + swings(seed, 600)
+    made = history(asked, PRED_RATE=rate)
+    made.begin(ticks, 0.0, None)
+    measured = None if off is None else max(-1.0, min(1.0, made.position / ONE + off))
+    made.begin(ticks, 0.0, None if measured is None else round(measured * ONE))
+    position = made.position / ONE
+    total = moment = 0.0
+    for index, target in enumerate(asked[len(asked) - ticks :]):
+        reach = rate * PERIOD_S if rate else 10.0
+        way = target - position
+        ramp = min(1.0, abs(way) / reach) if rate else 0.0  # share of the tick
+        step = max(-reach, min(reach, way))
+        mean = position + step * (1.0 - 0.5 * ramp)
+        position += step
+        total += mean
+        moment += (index + 0.5 - 0.5 * ticks) * mean + step * ramp * (0.25 - ramp / 6.0)
+    made.advance(0.0, ticks, False)
+    slack = rate * PERIOD_S if off is not None else 0.0  # what a path beside the model's may be off by
+    assert made.position / ONE == pytest.approx(position, abs=slack + 2e-4)
+    assert made.total / ONE == pytest.approx(total, abs=(0.2 * slack + 1e-5) * (1 + ticks))
+    assert made.moment / ONE == pytest.approx(moment, abs=(slack + 1e-4) * (1 + ticks))
 
 
 def test_a_measured_position_is_where_the_model_goes_on_from():

@@ -60,7 +60,7 @@ const requests = {
     return {
       collections: taken(board.collections), feeds: taken(board.feeds), resets: board.resets,
       stack: board.stackUsed(), flash_operations: board.flash.operations, uart_lost: board.line.lost,
-      clock_hz: board.mcu.clkSys,
+      clock_hz: board.mcu.clkSys, flash_divider: board.mcu.peripherals[0x18000].baudr,
     };
   },
 };
