@@ -26,7 +26,8 @@ from .services.inbox import Inbox
 from .services.telemetry import Telemetry
 from .sphere import wrap
 
-_NO_CONTROLS = (0.0,) * 15
+_UPTIME = 0  # places in HIL_ACTUATOR_CONTROLS
+_STEERING = 2
 _STEERED = (KITE_MODE_PARK, KITE_MODE_TRACK)  # by the control laws
 
 
@@ -61,7 +62,8 @@ class Autopilot:
         self.tick_us = 0
         self.tick_worst_us = 0
         self.overruns = 0
-        self._flags = HIL_ACTUATOR_CONTROLS_FLAGS_LOCKSTEP if lockstep else 0
+        flags = HIL_ACTUATOR_CONTROLS_FLAGS_LOCKSTEP if lockstep else 0
+        self._controls = [0, flags] + [0.0] * 16 + [0]  # kept, as making it anew costs a board half a millisecond
         self._uptime_us = 0  # does not wrap
         self._last_tick = None
         self._behind_us = 0  # of the loop's beat: time that is not in the steering's history yet
@@ -84,9 +86,9 @@ class Autopilot:
             self._learn(now)
         self._steer(fresh, now)
         self.history.note(self.steering.asked, self._whole_ticks(elapsed_us))
-        self.link.send(
-            HIL_ACTUATOR_CONTROLS, (self._uptime_us, self._flags, self.steering.asked) + _NO_CONTROLS + (0,)
-        )
+        self._controls[_UPTIME] = self._uptime_us
+        self._controls[_STEERING] = self.steering.asked
+        self.link.send(HIL_ACTUATOR_CONTROLS, self._controls)
         self.dispatcher.serve(self.inbox, now, self._uptime_us)
         self.keeper.update(elapsed_us)  # before the link is flushed: what is acknowledged is kept
         self.telemetry.send_due(now, self._uptime_us)

@@ -17,6 +17,7 @@ PARK = 0xFFFA  # two gaps
 TRACK = 0xFFEA  # three gaps
 
 _SLOT_BITS = 17  # 2^17 us
+_LOOK_BITS = 15  # it is looked at the state once in 2^15 us: four times a slot
 _SLOTS = 15
 _SILENCE_US = 3000000  # ground stations and bridges send more often
 _BY_MODE = {KITE_MODE_MANUAL: MANUAL, KITE_MODE_PARK: PARK, KITE_MODE_TRACK: TRACK}
@@ -35,9 +36,13 @@ class StatusLight:
         self._heard = 0
         self._linked = received is None
         self._lit = None
+        self._looked = -1  # when it was last thought about [32 ms]
 
     def show(self, mode, stale, now):
         """Show the state of the autopilot at `now` [us, wrapped]."""
+        if now >> _LOOK_BITS == self._looked:
+            return
+        self._looked = now >> _LOOK_BITS
         self._follow_link(now)
         if mode == KITE_MODE_STANDBY:
             self.show_pattern(DISARMED if self._linked else NO_LINK, now)

@@ -50,46 +50,70 @@ class FigureEight:
 
     def at(self, s):
         """Unit position at `s` and its derivative by s: (x, y, z, dx, dy, dz)."""
-        sin_s = sin(s)
-        cos_s = cos(s)
-        azimuth = self.azimuth + self.half_width * sin_s
-        elevation = self.elevation + self.half_height * 2.0 * sin_s * cos_s
-        azimuth_rate = self.half_width * cos_s
-        elevation_rate = self.half_height * 2.0 * (cos_s * cos_s - sin_s * sin_s)
-        cos_azimuth = cos(azimuth)
-        sin_azimuth = sin(azimuth)
-        cos_elevation = cos(elevation)
-        sin_elevation = sin(elevation)
-        inward = sin_elevation * elevation_rate
-        sideways = cos_elevation * azimuth_rate
-        return (
-            cos_elevation * cos_azimuth,
-            cos_elevation * sin_azimuth,
-            sin_elevation,
-            -inward * cos_azimuth - sideways * sin_azimuth,
-            sideways * cos_azimuth - inward * sin_azimuth,
-            cos_elevation * elevation_rate,
-        )
+        point = CurvePoint(self)
+        point.go_to(s)
+        return point.x, point.y, point.z, point.dx, point.dy, point.dz
 
     def geodesic_curvature(self, s):
-        """Turning per distance flown [rad/rad] at `s`, without meridian convergence.
+        """Turning per distance flown [rad/rad] at `s`, without meridian convergence; the way for each s."""
+        point = CurvePoint(self)
+        point.go_to(s)
+        return point.geodesic_curvature()
+
+
+class CurvePoint:
+    """A point that goes along a `curve`: unit position x, y, z, derivative by s dx, dy, dz, and its length `pace`."""
+
+    def __init__(self, curve):
+        self._curve = curve
+        self.x = 1.0
+        self.y = self.z = 0.0
+        self.dx = self.dy = self.dz = 0.0
+        self.square = 0.0  # of the pace
+        self.pace = 0.0
+        self._sin_s = 0.0
+        self._level = 1.0  # cosine of the elevation
+        self._height = 0.0  # 2 B cos s
+        self._east = 0.0
+        self._azimuth_rate = 0.0
+        self._elevation_rate = 0.0
+
+    def go_to(self, s):
+        """Go to `s`."""
+        curve = self._curve
+        sin_s = self._sin_s = sin(s)
+        cos_s = cos(s)
+        rise = 2.0 * curve.half_height
+        height = self._height = rise * cos_s
+        azimuth_rate = self._azimuth_rate = curve.half_width * cos_s
+        elevation_rate = self._elevation_rate = rise - 2.0 * rise * sin_s * sin_s
+        azimuth = curve.azimuth + curve.half_width * sin_s
+        elevation = curve.elevation + height * sin_s
+        cos_azimuth = cos(azimuth)
+        sin_azimuth = sin(azimuth)
+        level = self._level = cos(elevation)
+        sin_elevation = self.z = sin(elevation)
+        east = self._east = level * azimuth_rate
+        inward = sin_elevation * elevation_rate
+        self.x = level * cos_azimuth
+        self.y = level * sin_azimuth
+        self.dx = -inward * cos_azimuth - east * sin_azimuth
+        self.dy = east * cos_azimuth - inward * sin_azimuth
+        self.dz = level * elevation_rate
+        square = self.square = elevation_rate * elevation_rate + east * east
+        self.pace = sqrt(square)
+
+    def geodesic_curvature(self):
+        """Turning per distance flown [rad/rad] here, without meridian convergence.
 
         With east = cos(elevation) azimuth': (east elevation'' - east' elevation') / w^2 + east tan(elevation), over w,
         the way for each s.
         """
-        sin_s = sin(s)
-        cos_s = cos(s)
-        height = 2.0 * self.half_height
-        elevation = self.elevation + height * sin_s * cos_s
-        level = cos(elevation)
-        azimuth_rate = self.half_width * cos_s
-        elevation_rate = height * (cos_s * cos_s - sin_s * sin_s)
-        east = level * azimuth_rate
-        convergence = sin(elevation) * azimuth_rate  # east tan(elevation)
-        square = elevation_rate * elevation_rate + east * east
-        turning = (level * self.half_width * sin_s + convergence * elevation_rate) * elevation_rate
-        turning -= 4.0 * height * sin_s * cos_s * east
-        return (turning / square + convergence) / sqrt(square)
+        rate = self._elevation_rate
+        convergence = self.z * self._azimuth_rate  # east tan(elevation)
+        turning = (self._level * self._curve.half_width * self._sin_s + convergence * rate) * rate
+        turning -= 4.0 * self._height * self._sin_s * self._east
+        return (turning / self.square + convergence) / self.pace
 
 
 class CurveCheck:

@@ -7,6 +7,7 @@ from math import atan, atan2, cos, pi, sin, sqrt
 
 from ..parameters.generated_parameters import FF_FILTER
 from ..sphere import wrap
+from .figure_eight import CurvePoint
 
 _ITERATIONS = 5
 _CLOSE_ENOUGH = 1e-4  # step in s at which the search ends [rad]
@@ -40,6 +41,7 @@ class Guidance:
         self.target_rate = 0.0  # [rad/s]
         self.cross_track = 0.0
         self.running = False  # True while a strand is followed
+        self._point = CurvePoint(curve)  # the nearest
         self._along = 0.0  # the curve's own direction, carried to the kite [rad]
         self._side = 0.0  # t . gamma_t
         self._cosine = 1.0  # of the distance
@@ -83,8 +85,8 @@ class Guidance:
         same = self.running
         self._close = _CLOSE_ENOUGH
         before = self.target_course
-        point = self._find(frame)
-        self._aim(frame, point, gains.gain_l)
+        self._find(frame)
+        self._aim(frame, gains.gain_l)
         if not (same and self.running) or dt <= 0.0:
             self.target_rate = 0.0
         elif not self._exact:  # else the step before was at another place, and its rate holds
@@ -100,9 +102,9 @@ class Guidance:
         self.path_parameter = before + self._pace  # so near that the search has little to do
         self._close = _CLOSE_EACH_TICK
         same = self.running
-        point = self._find(kite.frame)
+        self._find(kite.frame)
         self._pace = wrap(self.path_parameter - before) if same and self.running else 0.0
-        self._aim(kite.frame, point, gains.gain_l)
+        self._aim(kite.frame, gains.gain_l)
         self.running = True
         self.target_rate = self._turning(kite, gains.gain_l)
         self._exact = True
@@ -116,69 +118,77 @@ class Guidance:
         """
         side = self._side
         cosine = self._cosine
-        curvature = self.curve.direction * self.curve.geodesic_curvature(self.path_parameter)
+        curvature = self.curve.direction * self._point.geodesic_curvature()
         chi = kite.course - self._along
         slope = gain * side
         parallel = (curvature * cosine - side) / max(_LEAST_SHARE, cosine + curvature * side)
         return kite.speed * (cos(chi) * parallel - sin(chi) * gain * cosine / (1.0 + slope * slope))
 
     def _find(self, frame):
-        """The nearest point, on the strand that is followed or on a better one; `running` tells whether the same."""
+        """Go to the nearest point, on the strand that is followed or a better one; `running` tells whether the same."""
         if not self.running and self._candidate is not None:
             self.path_parameter = self._candidate
-        point = self._nearest(frame)
-        if self._candidate is not None and self._is_lost(frame, point):
+        self._go_to_nearest(frame)
+        if self._candidate is not None and self._is_lost(frame):
             self.running = False
             self.path_parameter = self._candidate
-            point = self._nearest(frame)
-        return point
+            self._go_to_nearest(frame)
 
-    def _nearest(self, frame):
-        """Ascend the cosine of the distance from the last solution; return position and derivative there.
+    def _go_to_nearest(self, frame):
+        """Ascend the cosine of the distance from the last solution.
 
         The first step is Gauss-Newton's, the next ones take the curvature from the change of the slope and stay
         within twice Gauss-Newton's and within _LONGEST_STEP, so that the search stays on its strand.
         """
-        curve = self.curve
+        point = self._point
+        x = frame.x
+        y = frame.y
+        z = frame.z
         s = self.path_parameter
         step = last_slope = 0.0
         for iteration in range(_ITERATIONS):
-            point = curve.at(s)
-            _, _, _, dx, dy, dz = point
-            slope = frame.x * dx + frame.y * dy + frame.z * dz
-            longest = abs(slope) / (dx * dx + dy * dy + dz * dz)
-            curvature = (last_slope - slope) / step if iteration and step else 0.0
-            if iteration and curvature > 0.0:
-                longest = min(2.0 * longest, abs(slope) / curvature)
-            longest = min(longest, _LONGEST_STEP)
+            point.go_to(s)
+            slope = x * point.dx + y * point.dy + z * point.dz
+            longest = abs(slope) / point.square
+            if iteration and step:
+                curvature = (last_slope - slope) / step
+                if curvature > 0.0:
+                    longest = min(2.0 * longest, abs(slope) / curvature)
+            if longest > _LONGEST_STEP:
+                longest = _LONGEST_STEP
             step = longest if slope > 0.0 else -longest
             last_slope = slope
             s += step
             if longest < self._close:
                 break
         else:
-            point = curve.at(s)
+            point.go_to(s)
         self.path_parameter = s % (2.0 * pi)
-        return point
 
-    def _is_lost(self, frame, point):
+    def _is_lost(self, frame):
         """True when the kite is further off than the eight is wide and the scan knows a much nearer place."""
-        x, y, z, _, _, _ = point
-        distance = frame.distance_to(x, y, z)
+        point = self._point
+        distance = frame.distance_to(point.x, point.y, point.z)
         if distance < self.curve.half_width:
             return False
         x, y, z, _, _, _ = self.curve.at(self._candidate)
         return frame.distance_to(x, y, z) < 0.7 * distance
 
-    def _aim(self, frame, point, gain):
+    def _aim(self, frame, gain):
         """Target turning angle: T + L (t . gamma_t) t, with T the curve's tangent carried to the kite."""
-        x, y, z, dx, dy, dz = point
-        scale = self.curve.direction / sqrt(dx * dx + dy * dy + dz * dz)
+        point = self._point
+        x = point.x
+        y = point.y
+        z = point.z
+        dx = point.dx
+        dy = point.dy
+        dz = point.dz
         cosine = frame.x * x + frame.y * y + frame.z * z
         up = frame.up(x, y, z)
         across = frame.across(x, y)
         # Carried along the geodesic: T = T_t - (gamma . T_t) / (1 + gamma . gamma_t) (gamma + gamma_t).
-        carry = (frame.x * dx + frame.y * dy + frame.z * dz) / (1.0 + max(cosine, -0.999))
+        carry = (frame.x * dx + frame.y * dy + frame.z * dz) / (1.0 + (cosine if cosine > -0.999 else -0.999))
+        scale = self.curve.direction / point.pace
         tangent_up = (frame.up(dx, dy, dz) - carry * up) * scale
         tangent_across = (frame.across(dx, dy) - carry * across) * scale
         side = tangent_up * across - tangent_across * up  # t . gamma_t with t = gamma x T

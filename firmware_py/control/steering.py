@@ -3,7 +3,7 @@
 J. H. Baayen, "Trajectory tracking control of kites with system delay" (2012), section 2.1 and proposition 4.1.
 """
 
-from math import cos, pi, sin
+from math import pi, sin
 
 from ..generated_enums import KITE_STATUS_AIRSPEED_FLOOR, KITE_STATUS_SATURATED, KITE_STATUS_SLEWED
 from ..parameters.generated_parameters import (
@@ -63,7 +63,7 @@ class Steering:
         rate = config.feed_forward * target_rate
         gravity_rate = 0.0  # turning by gravity
         if config.gravity_c:
-            gravity_rate = config.gravity_c / airspeed * sin(kite.heading) * cos(kite.elevation)
+            gravity_rate = config.gravity_c / airspeed * sin(kite.heading) * kite.frame.e1z
         full = gains.turn_k * airspeed
         if kite.turning_slew:
             needed = kite.turning_ratio * rate - config.turn_offset - gravity_rate
@@ -89,7 +89,12 @@ class Steering:
         config = self.config
         if wanted != wanted:  # not a number steers nowhere  # noqa: PLR0124
             wanted = 0.0
-        asked = _within(wanted, config.limit)
+        limit = config.limit
+        asked = wanted
+        if wanted > limit:
+            asked = limit
+        elif wanted < -limit:
+            asked = -limit
         if asked != wanted:
             self.status |= KITE_STATUS_SATURATED
         if config.rate_limit:

@@ -90,7 +90,10 @@ class Estimator:
         self._looked_azimuth = 0.0
         self._looked_elevation = 0.0
         self._looked_age_us = _FOREVER_US
-        self._history = [(0, 0.0, 0.0, 0.0)] * _HISTORY  # (time, x, y, z), a ring
+        self._times = [0] * _HISTORY  # of past positions, and these: rings
+        self._xs = [0.0] * _HISTORY
+        self._ys = [0.0] * _HISTORY
+        self._zs = [0.0] * _HISTORY
         self._count = 0
         self._oldest = 0  # the position that the chord starts from
         self._chord = 0.0
@@ -152,13 +155,16 @@ class Estimator:
 
     def _is_sane(self, sample):
         """False for a sample without position, not finite, or out of range."""
-        _, azimuth, elevation, line, _, _, airspeed, _, _, valid = sample
-        if valid & _POSITION != _POSITION:
+        _, azimuth, elevation, line, course, heading, airspeed, tether_force, steering, valid = sample
+        if valid & _POSITION != _POSITION or not -3.2 <= azimuth <= 3.2 or not -1.5708 <= elevation <= 1.5708:
             return False
-        for index in range(8):
-            if valid & (1 << index) and not -1e6 < sample[1 + index] < 1e6:  # also refuses NaN
-                return False
-        if abs(azimuth) > 3.2 or abs(elevation) > 1.5708:
+        if valid & KITE_VALID_COURSE and not -1e6 < course < 1e6:  # also refuses NaN
+            return False
+        if valid & KITE_VALID_HEADING and not -1e6 < heading < 1e6:
+            return False
+        if valid & KITE_VALID_TETHER_FORCE and not -1e6 < tether_force < 1e6:
+            return False
+        if valid & KITE_VALID_STEERING and not -1e6 < steering < 1e6:
             return False
         if valid & KITE_VALID_DISTANCE and not _LEAST_DISTANCE <= line <= _MOST_DISTANCE:
             return False
@@ -195,7 +201,10 @@ class Estimator:
         """
         if not 0 < span_us <= age_us + _AHEAD_US:
             return False
-        return distance(azimuth, elevation, to_azimuth, to_elevation) <= self.config.jump_rate * span_us * 1e-6 + _SLACK
+        most = self.config.jump_rate * span_us * 1e-6 + _SLACK
+        if abs(to_azimuth - azimuth) + abs(to_elevation - elevation) <= most:  # no distance is longer than that
+            return True
+        return distance(azimuth, elevation, to_azimuth, to_elevation) <= most
 
     def _copy(self, sample, asked):
         """Take over the quantities that are valid; stand in for the others."""
@@ -216,7 +225,11 @@ class Estimator:
 
     def _remember(self):
         frame = self.frame
-        self._history[self._count % _HISTORY] = (self.sample_time, frame.x, frame.y, frame.z)
+        index = self._count % _HISTORY
+        self._times[index] = self.sample_time
+        self._xs[index] = frame.x
+        self._ys[index] = frame.y
+        self._zs[index] = frame.z
         self._count += 1
 
     def _update_course(self, measured, fresh_start, turn_k):
@@ -253,13 +266,14 @@ class Estimator:
         window_us = int(self.config.course_window * 1e6)
         self._oldest = max(self._oldest, self._count - _HISTORY)
         while self._oldest < newest - 1:  # leave behind what the window does not need
-            time_us, _, _, _ = self._history[(self._oldest + 1) % _HISTORY]
-            if ticks_diff(self.sample_time, time_us) < window_us:
+            if ticks_diff(self.sample_time, self._times[(self._oldest + 1) % _HISTORY]) < window_us:
                 break
             self._oldest += 1
-        time_us, x, y, z = self._history[self._oldest % _HISTORY]
-        span = ticks_diff(self.sample_time, time_us) * 1e-6
-        up = self.frame.up(x, y, z)
+        index = self._oldest % _HISTORY
+        span = ticks_diff(self.sample_time, self._times[index]) * 1e-6
+        x = self._xs[index]
+        y = self._ys[index]
+        up = self.frame.up(x, y, self._zs[index])
         across = self.frame.across(x, y)
         length = sqrt(up * up + across * across)
         self.speed = length * self.distance / span

@@ -61,7 +61,7 @@ class Decoder:
         self._view[self._end : self._end + size] = data
         self._end += size
 
-    def next_frame(self, whole=False):
+    def next_frame(self, whole=False):  # noqa: PLR0912  in one piece, as calls cost a board more than what they do
         """Find the next good frame; False when there is none.
 
         `whole`: the bytes end with a datagram, so an incomplete frame stays incomplete.

@@ -6,7 +6,7 @@ circle. The path consists of a few arcs. The rotation vector of each is that of 
 Magnus' series for a turning rate that changes: exact for constant steering, of fourth order else.
 """
 
-from math import atan2, sin
+from math import sin
 
 from ..clock import ticks_diff
 from ..generated_enums import KITE_VALID_STEERING
@@ -68,7 +68,6 @@ class Prediction:
     def __init__(self, history):
         self.config = PredictionConfig()
         self.frame = TangentFrame()
-        self.elevation = 0.0
         self.course = 0.0
         self.heading = 0.0
         self.airspeed = 0.0  # smoothed: gusts would use up what the actuator can do
@@ -123,7 +122,6 @@ class Prediction:
         turned = self._fly(kite, partial, ticks, turn_k)
         frame = self.frame
         self.heading = self._rotation.carry(kite.frame, kite.heading, frame)
-        self.elevation = atan2(frame.z, frame.e1z)
         self.course = wrap(self.heading + drift.end(turned))
         self.speed = drift.speed
         self.turning_ratio = drift.turning_ratio

@@ -80,6 +80,10 @@ class CommandRequests:
         else:
             self._link.answer(COMMAND_ACK, values)
 
+    def is_busy(self):
+        """True while something waits for room on the link."""
+        return self._acknowledgements.is_busy() or self._messages.is_busy()
+
     def send_some(self):
         """Go on with what waits for room on the link."""
         self._acknowledgements.send_some()
@@ -123,6 +127,10 @@ class Acknowledgements:
         if not self._queue.put(request):
             self.dropped += 1
         self.send_some()
+
+    def is_busy(self):
+        """True while something waits."""
+        return bool(self._queue.requests)
 
     def send_some(self):
         """Send what waits, while there is room."""

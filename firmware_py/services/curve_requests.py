@@ -76,6 +76,10 @@ class CurveRequests:
         self._tries = 0
         return problem
 
+    def is_busy(self):
+        """True while any request waits, or is looked at."""
+        return bool(self._commands or self._sets) or self._current is not None
+
     def commands_wait(self):
         """True while a command waits, or is looked at."""
         return bool(self._commands) or self._looks_at_command()

@@ -54,6 +54,7 @@ class Dispatcher:
         self._files = FileServer(link)
         self._now = 0
         self._uptime_us = 0
+        self._is_busy = False  # something goes on without a new request
         self._handlers = {
             HEARTBEAT: self._on_heartbeat,
             PARAM_REQUEST_LIST: self._on_param_request_list,
@@ -70,6 +71,8 @@ class Dispatcher:
         """Answer the oldest requests of `inbox`, a fixed number at most, and go on with lists, checks and files."""
         self._now = now
         self._uptime_us = uptime_us
+        if not (self._is_busy or inbox.urgent or inbox.orders.requests or inbox.questions.requests or inbox.files):
+            return
         moved = 0
         for urgent in inbox.take_urgent():
             command = urgent.command
@@ -91,6 +94,8 @@ class Dispatcher:
         self._commands.send_some()
         self._parameters.list_some()
         self._files.serve(inbox.files, self._for_us)
+        self._is_busy = (
+            self._curve.is_busy() or self._parameters.is_busy() or self._commands.is_busy() or self._files.is_busy())
 
     def _handle(self, inbox, request):
         if request.command is None:

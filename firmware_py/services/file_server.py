@@ -59,6 +59,10 @@ class FileServer:
         self._sessions = []  # (system, component, index of the file), the newest last
         self._bursts = []
 
+    def is_busy(self):
+        """True while files are on their way."""
+        return bool(self._bursts)
+
     def serve(self, files, for_us):
         """Answer the oldest of `files` (values, system, component) if it is `for_us(system, component)`."""
         if not (files or self._bursts) or not self._link.budget.claim_answer_room():

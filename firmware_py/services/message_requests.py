@@ -92,6 +92,10 @@ class MessageRequests:
             self._link.budget.spend_on_answer(length + _AROUND)  # at most
             self._telemetry.send(message, now, uptime_us)
 
+    def is_busy(self):
+        """True while there are modes to tell of."""
+        return bool(self._modes)
+
     def send_some(self):
         """Tell of the modes that were asked for, while the link has room for answers."""
         while self._modes and self._link.budget.claim_answer_room():

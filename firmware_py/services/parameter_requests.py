@@ -42,6 +42,10 @@ class ParameterRequests:
         if index not in self._unsent:
             self._unsent.append(index)
 
+    def is_busy(self):
+        """True while something waits to be sent."""
+        return self._left > 0 or bool(self._refusals or self._unsent)
+
     def answer_sets(self):
         """Answer what was set or refused, a few a tick, while the link has room for answers."""
         budget = self._link.budget

@@ -76,9 +76,7 @@ class Telemetry:
         """Send what is due at `now`: heartbeat first, then texts, then the rest."""
         due = self._due
         if self._heartbeat_due is None:
-            self._heartbeat_due = now
-            for index in range(len(due)):
-                due[index] = ticks_add(now, _FIRST_US[index])
+            self._begin(now)
         changed = self._mode != self._autopilot.modes.mode
         beats = _is_due(self._heartbeat_due, _SECOND, now)
         if beats:
@@ -93,9 +91,18 @@ class Telemetry:
             if self._asked[_OF_MODE] >= 0:
                 due[_OF_MODE] = now
         if self._version != self._autopilot.parameters.version:
-            self._version = self._autopilot.parameters.version
-            for index in range(len(due)):
-                self._periods[index] = self._period_us(index)
+            self._look_up_periods()
+        self._send_streams(now, uptime_us)
+
+    def _begin(self, now):
+        self._heartbeat_due = now
+        for index in range(len(_STREAMS)):
+            self._due[index] = ticks_add(now, _FIRST_US[index])
+
+    def _send_streams(self, now, uptime_us):
+        """Send what is due of the regular messages but the heartbeat."""
+        due = self._due
+        budget = self._link.budget
         heard = self._autopilot.kite.has_heard()
         for index in range(len(due)):
             period = self._periods[index]
@@ -146,6 +153,11 @@ class Telemetry:
             self._send_status()
         else:
             self._send_heartbeat()
+
+    def _look_up_periods(self):
+        self._version = self._autopilot.parameters.version
+        for index in range(len(_STREAMS)):
+            self._periods[index] = self._period_us(index)
 
     def _period_us(self, index):
         """The interval of a stream [us], 0 where it is off."""

@@ -32,6 +32,7 @@ def kite(**changed: Any) -> Estimator:
     for name, value in {"course": 0.5, "heading": 0.5, "airspeed": 20.0, "elevation": 0.8, **changed}.items():
         assert hasattr(made, name)
         setattr(made, name, value)
+    made.frame.set(made.azimuth, made.elevation)
     return made
 
 
