@@ -25,6 +25,7 @@ from .services.dispatcher import Dispatcher
 from .services.inbox import Inbox
 from .services.telemetry import Telemetry
 from .sphere import wrap
+from .timing import Timing
 
 _UPTIME = 0  # places in HIL_ACTUATOR_CONTROLS
 _STEERING = 2
@@ -51,17 +52,15 @@ class Autopilot:
         self.prediction = Prediction(self.history)
         self.gains = Gains()
         self.turn_k = TurnKEstimate()
+        self.timing = Timing()
         self.telemetry = Telemetry(link, self)
         self.modes = ModeMachine(self.parameters, self.kite, self.telemetry.say)
         self.keeper = Keeper(self.parameters, self.modes, storage, retained, self.telemetry.say)
         self.dispatcher = Dispatcher(
-            self.parameters, self.modes, self.kite, self.turn_k, self.keeper, link, self.telemetry
+            self.parameters, self.modes, self.kite, self.turn_k, self.keeper, link, self.telemetry, self.timing
         )
         self.target_course = 0.0
         self.period_us = 20000
-        self.tick_us = 0
-        self.tick_worst_us = 0
-        self.overruns = 0
         flags = HIL_ACTUATOR_CONTROLS_FLAGS_LOCKSTEP if lockstep else 0
         self._controls = [0, flags] + [0.0] * 16 + [0]  # kept, as making it anew costs a board half a millisecond
         self._uptime_us = 0  # does not wrap
@@ -100,13 +99,6 @@ class Autopilot:
         ticks = max(1, (behind_us + self.period_us // 2) // self.period_us)
         self._behind_us = max(behind_us - ticks * self.period_us, -self.period_us)
         return ticks
-
-    def note_tick_time(self, tick_us):
-        """Account for the time [us] that a tick took."""
-        self.tick_us = tick_us
-        self.tick_worst_us = max(self.tick_worst_us, tick_us)
-        if tick_us > self.period_us:
-            self.overruns += 1
 
     def _load_parameters(self):
         """Take all settings over at once, between two ticks."""

@@ -42,17 +42,16 @@ def run_real_time(autopilot, board):
     is more than a period late, because the loop stopped or its clock jumped, counts as an overrun.
     """
     ticks_us = board.ticks_us
+    timing = autopilot.timing
     collector = Collector(ticks_us)
     due = ticks_us()
     room = board.bytes_per_tick
     while not board.ended():
         start = _wait(autopilot, board, due, room)
-        late_us = ticks_diff(start, due)
-        if late_us < 0 or late_us > autopilot.period_us:
-            autopilot.overruns += 1
+        if not timing.note_start(ticks_diff(start, due), autopilot.period_us):
             due = start
         room = step_real_time(autopilot, board, start)
-        autopilot.note_tick_time(ticks_diff(ticks_us(), start))
+        timing.note_end(ticks_diff(ticks_us(), start), autopilot.period_us)
         due = ticks_add(due, autopilot.period_us)
         collector.collect_if_due(autopilot.parameters.values[COLLECT_TICKS], ticks_diff(due, ticks_us()))
         if ticks_diff(ticks_us(), due) > autopilot.period_us:  # the tick itself took so long, and is counted

@@ -1823,22 +1823,22 @@ class MAVLink_kite_state_message(MAVLink_message):
 
     id = MAVLINK_MSG_ID_KITE_STATE
     msgname = "KITE_STATE"
-    fieldnames = ["time_us", "sample_time_us", "azimuth", "elevation", "distance", "course", "heading", "airspeed", "tether_force", "steering", "target_course", "cross_track", "path_parameter", "steering_asked", "overruns", "valid", "status", "tick_us", "tick_worst_us", "samples_dropped", "mode"]
-    ordered_fieldnames = ["time_us", "sample_time_us", "azimuth", "elevation", "distance", "course", "heading", "airspeed", "tether_force", "steering", "target_course", "cross_track", "path_parameter", "steering_asked", "overruns", "valid", "status", "tick_us", "tick_worst_us", "samples_dropped", "mode"]
-    fieldtypes = ["uint32_t", "uint32_t", "float", "float", "float", "float", "float", "float", "float", "float", "float", "float", "float", "float", "uint32_t", "uint16_t", "uint16_t", "uint16_t", "uint16_t", "uint16_t", "uint8_t"]
+    fieldnames = ["time_us", "sample_time_us", "azimuth", "elevation", "distance", "course", "heading", "airspeed", "tether_force", "steering", "target_course", "cross_track", "path_parameter", "steering_asked", "overruns", "valid", "status", "tick_us", "tick_worst_us", "samples_dropped", "mode", "late_worst_us"]
+    ordered_fieldnames = ["time_us", "sample_time_us", "azimuth", "elevation", "distance", "course", "heading", "airspeed", "tether_force", "steering", "target_course", "cross_track", "path_parameter", "steering_asked", "overruns", "valid", "status", "tick_us", "tick_worst_us", "samples_dropped", "mode", "late_worst_us"]
+    fieldtypes = ["uint32_t", "uint32_t", "float", "float", "float", "float", "float", "float", "float", "float", "float", "float", "float", "float", "uint32_t", "uint16_t", "uint16_t", "uint16_t", "uint16_t", "uint16_t", "uint8_t", "uint16_t"]
     fielddisplays_by_name: Dict[str, str] = {"valid": "bitmask", "status": "bitmask"}
     fieldenums_by_name: Dict[str, str] = {"valid": "KITE_VALID", "status": "KITE_STATUS", "mode": "KITE_MODE"}
-    fieldunits_by_name: Dict[str, str] = {"time_us": "us", "sample_time_us": "us", "azimuth": "rad", "elevation": "rad", "distance": "m", "course": "rad", "heading": "rad", "airspeed": "m/s", "tether_force": "N", "target_course": "rad", "cross_track": "rad", "path_parameter": "rad", "tick_us": "us", "tick_worst_us": "us"}
-    native_format = bytearray(b"<IIffffffffffffIHHHHHB")
-    orders = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20]
-    lengths = [1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1]
-    array_lengths = [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]
+    fieldunits_by_name: Dict[str, str] = {"time_us": "us", "sample_time_us": "us", "azimuth": "rad", "elevation": "rad", "distance": "m", "course": "rad", "heading": "rad", "airspeed": "m/s", "tether_force": "N", "target_course": "rad", "cross_track": "rad", "path_parameter": "rad", "tick_us": "us", "tick_worst_us": "us", "late_worst_us": "us"}
+    native_format = bytearray(b"<IIffffffffffffIHHHHHBH")
+    orders = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21]
+    lengths = [1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1]
+    array_lengths = [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]
     crc_extra = 46
-    unpacker = struct.Struct("<IIffffffffffffIHHHHHB")
+    unpacker = struct.Struct("<IIffffffffffffIHHHHHBH")
     instance_field = None
     instance_offset = -1
 
-    def __init__(self, time_us: int, sample_time_us: int, azimuth: float, elevation: float, distance: float, course: float, heading: float, airspeed: float, tether_force: float, steering: float, target_course: float, cross_track: float, path_parameter: float, steering_asked: float, overruns: int, valid: int, status: int, tick_us: int, tick_worst_us: int, samples_dropped: int, mode: int):
+    def __init__(self, time_us: int, sample_time_us: int, azimuth: float, elevation: float, distance: float, course: float, heading: float, airspeed: float, tether_force: float, steering: float, target_course: float, cross_track: float, path_parameter: float, steering_asked: float, overruns: int, valid: int, status: int, tick_us: int, tick_worst_us: int, samples_dropped: int, mode: int, late_worst_us: int = 0):
         MAVLink_message.__init__(self, MAVLink_kite_state_message.id, MAVLink_kite_state_message.msgname)
         self._fieldnames = MAVLink_kite_state_message.fieldnames
         self._instance_field = MAVLink_kite_state_message.instance_field
@@ -1864,9 +1864,10 @@ class MAVLink_kite_state_message(MAVLink_message):
         self.tick_worst_us = tick_worst_us
         self.samples_dropped = samples_dropped
         self.mode = mode
+        self.late_worst_us = late_worst_us
 
     def pack(self, mav: "MAVLink", force_mavlink1: bool = False) -> bytes:
-        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.time_us, self.sample_time_us, self.azimuth, self.elevation, self.distance, self.course, self.heading, self.airspeed, self.tether_force, self.steering, self.target_course, self.cross_track, self.path_parameter, self.steering_asked, self.overruns, self.valid, self.status, self.tick_us, self.tick_worst_us, self.samples_dropped, self.mode), force_mavlink1=force_mavlink1)
+        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.time_us, self.sample_time_us, self.azimuth, self.elevation, self.distance, self.course, self.heading, self.airspeed, self.tether_force, self.steering, self.target_course, self.cross_track, self.path_parameter, self.steering_asked, self.overruns, self.valid, self.status, self.tick_us, self.tick_worst_us, self.samples_dropped, self.mode, self.late_worst_us), force_mavlink1=force_mavlink1)
 
 
 # Define name on the class for backwards compatibility (it is now msgname).
@@ -3603,7 +3604,7 @@ class MAVLink(object):
         """
         self.send(self.kite_sensors_encode(time_us, azimuth, elevation, distance, course, heading, airspeed, tether_force, steering, valid), force_mavlink1=force_mavlink1)
 
-    def kite_state_encode(self, time_us: int, sample_time_us: int, azimuth: float, elevation: float, distance: float, course: float, heading: float, airspeed: float, tether_force: float, steering: float, target_course: float, cross_track: float, path_parameter: float, steering_asked: float, overruns: int, valid: int, status: int, tick_us: int, tick_worst_us: int, samples_dropped: int, mode: int) -> MAVLink_kite_state_message:
+    def kite_state_encode(self, time_us: int, sample_time_us: int, azimuth: float, elevation: float, distance: float, course: float, heading: float, airspeed: float, tether_force: float, steering: float, target_course: float, cross_track: float, path_parameter: float, steering_asked: float, overruns: int, valid: int, status: int, tick_us: int, tick_worst_us: int, samples_dropped: int, mode: int, late_worst_us: int = 0) -> MAVLink_kite_state_message:
         """
         The controller's state in the tick that sent it: the sample's
         quantities as used, the target, and the commanded steering.
@@ -3622,18 +3623,19 @@ class MAVLink(object):
         cross_track               : Signed distance to the target curve, from the predicted place if there is one; positive when the curve lies to the left of its own direction of flight, seen from the ground point outwards along gamma x T. [rad] (type:float)
         path_parameter            : Parameter s of the nearest point of the target curve, 0 to 2 pi. [rad] (type:float)
         steering_asked            : Steering asked of the actuator, -1 to 1. (type:float)
-        overruns                  : Ticks that took longer than a period, since start. (type:uint32_t)
+        overruns                  : Ticks that took longer than a period, or began more than one late, since start. (type:uint32_t)
         valid                     : Which quantities were measured. (type:uint16_t, values:KITE_VALID)
         status                    : What limits the controller. (type:uint16_t, values:KITE_STATUS)
         tick_us                   : Time that the previous tick took; 65535 and longer are the same. 0 in lockstep. [us] (type:uint16_t)
         tick_worst_us             : The longest tick since start. [us] (type:uint16_t)
         samples_dropped           : Samples refused since start (not finite, impossible jump, back in time). (type:uint16_t)
         mode                      : Mode. (type:uint8_t, values:KITE_MODE)
+        late_worst_us             : The latest start of a tick after it was due, since start. [us] (type:uint16_t)
 
         """
-        return MAVLink_kite_state_message(time_us, sample_time_us, azimuth, elevation, distance, course, heading, airspeed, tether_force, steering, target_course, cross_track, path_parameter, steering_asked, overruns, valid, status, tick_us, tick_worst_us, samples_dropped, mode)
+        return MAVLink_kite_state_message(time_us, sample_time_us, azimuth, elevation, distance, course, heading, airspeed, tether_force, steering, target_course, cross_track, path_parameter, steering_asked, overruns, valid, status, tick_us, tick_worst_us, samples_dropped, mode, late_worst_us)
 
-    def kite_state_send(self, time_us: int, sample_time_us: int, azimuth: float, elevation: float, distance: float, course: float, heading: float, airspeed: float, tether_force: float, steering: float, target_course: float, cross_track: float, path_parameter: float, steering_asked: float, overruns: int, valid: int, status: int, tick_us: int, tick_worst_us: int, samples_dropped: int, mode: int, force_mavlink1: bool = False) -> None:
+    def kite_state_send(self, time_us: int, sample_time_us: int, azimuth: float, elevation: float, distance: float, course: float, heading: float, airspeed: float, tether_force: float, steering: float, target_course: float, cross_track: float, path_parameter: float, steering_asked: float, overruns: int, valid: int, status: int, tick_us: int, tick_worst_us: int, samples_dropped: int, mode: int, late_worst_us: int = 0, force_mavlink1: bool = False) -> None:
         """
         The controller's state in the tick that sent it: the sample's
         quantities as used, the target, and the commanded steering.
@@ -3652,16 +3654,17 @@ class MAVLink(object):
         cross_track               : Signed distance to the target curve, from the predicted place if there is one; positive when the curve lies to the left of its own direction of flight, seen from the ground point outwards along gamma x T. [rad] (type:float)
         path_parameter            : Parameter s of the nearest point of the target curve, 0 to 2 pi. [rad] (type:float)
         steering_asked            : Steering asked of the actuator, -1 to 1. (type:float)
-        overruns                  : Ticks that took longer than a period, since start. (type:uint32_t)
+        overruns                  : Ticks that took longer than a period, or began more than one late, since start. (type:uint32_t)
         valid                     : Which quantities were measured. (type:uint16_t, values:KITE_VALID)
         status                    : What limits the controller. (type:uint16_t, values:KITE_STATUS)
         tick_us                   : Time that the previous tick took; 65535 and longer are the same. 0 in lockstep. [us] (type:uint16_t)
         tick_worst_us             : The longest tick since start. [us] (type:uint16_t)
         samples_dropped           : Samples refused since start (not finite, impossible jump, back in time). (type:uint16_t)
         mode                      : Mode. (type:uint8_t, values:KITE_MODE)
+        late_worst_us             : The latest start of a tick after it was due, since start. [us] (type:uint16_t)
 
         """
-        self.send(self.kite_state_encode(time_us, sample_time_us, azimuth, elevation, distance, course, heading, airspeed, tether_force, steering, target_course, cross_track, path_parameter, steering_asked, overruns, valid, status, tick_us, tick_worst_us, samples_dropped, mode), force_mavlink1=force_mavlink1)
+        self.send(self.kite_state_encode(time_us, sample_time_us, azimuth, elevation, distance, course, heading, airspeed, tether_force, steering, target_course, cross_track, path_parameter, steering_asked, overruns, valid, status, tick_us, tick_worst_us, samples_dropped, mode, late_worst_us), force_mavlink1=force_mavlink1)
 
     def sys_status_encode(self, onboard_control_sensors_present: int, onboard_control_sensors_enabled: int, onboard_control_sensors_health: int, load: int, voltage_battery: int, current_battery: int, battery_remaining: int, drop_rate_comm: int, errors_comm: int, errors_count1: int, errors_count2: int, errors_count3: int, errors_count4: int, onboard_control_sensors_present_extended: int = 0, onboard_control_sensors_enabled_extended: int = 0, onboard_control_sensors_health_extended: int = 0) -> MAVLink_sys_status_message:
         """

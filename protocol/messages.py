@@ -82,6 +82,7 @@ class KiteState(NamedTuple):
     tick_worst_us: int
     samples_dropped: int
     mode: int
+    late_worst_us: int
 
 
 BY_ID: dict[int, Any] = {

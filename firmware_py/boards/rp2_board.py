@@ -16,6 +16,13 @@ _IS_RP2350 = "RP2350" in sys.implementation._machine
 _SCRATCH_X = 0x20080000 if _IS_RP2350 else 0x20040000
 _RETAINED = _SCRATCH_X + 0x400
 _RETAINED_BYTES = 512
+# An RP2040 is rated for 200 MHz, and its ticks fit then; an RP2350 for 150 MHz, as MicroPython starts it.
+_CLOCK_MHZ = 150 if _IS_RP2350 else 200
+_MOST_AT_USUAL_VOLTAGE = 133  # [MHz]
+_REGULATOR = 0x40064000
+_VOLTAGE = 0xF0
+_VOLTAGE_1_15 = 0xC0
+_REGULATOR_US = 2000
 _WATCHDOG_SCRATCH_4 = (0x400D8000 if _IS_RP2350 else 0x40058000) + 0x1C
 _WATCHDOG_WAS_RUNNING = 0x6AB73121  # left there by whoever starts it; machine.reset() leaves something else
 _POWER_SAVE_OFF = 0xA11140  # the radio sleeps otherwise, and a datagram waits for up to 0.1 s
@@ -41,8 +48,19 @@ class Board(machine_board.MachineBoard):
 
     def __init__(self, settings, tell):
         self.reset_cause = reset_cause()
+        set_clock(settings.cpu_mhz or _CLOCK_MHZ)
         wlan = _make_wlan() if settings.link == WIFI else None
         super().__init__(machine, time, settings, Retained(), wlan, tell)
+
+
+def set_clock(mhz):
+    """Run the processor at `mhz`. Beyond 133 MHz an RP2040 needs 1.15 V, which MicroPython 1.28 does not set."""
+    if mhz * 1000000 == machine.freq():
+        return
+    if not _IS_RP2350 and mhz > _MOST_AT_USUAL_VOLTAGE:
+        machine.mem32[_REGULATOR] = machine.mem32[_REGULATOR] & ~_VOLTAGE | _VOLTAGE_1_15
+        time.sleep_us(_REGULATOR_US)
+    machine.freq(mhz * 1000000)
 
 
 def reset_cause():

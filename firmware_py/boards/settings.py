@@ -9,6 +9,7 @@ _REQUIRED = object()
 _PINS = {"rp2": 29, "esp32": 48}  # the greatest pin number
 _UARTS = {"rp2": (0, 1), "esp32": (1, 2)}  # the ESP32's UART 0 is the console
 _LIGHTS = {"rp2": "LED", "esp32": 2}
+_CLOCKS_MHZ = {"rp2": (100, 200), "esp32": (80, 240)}  # what these processors are rated for
 
 
 class Settings:
@@ -25,6 +26,7 @@ class Settings:
         self.servo_us = (1000, 1500, 2000)  # pulses for steering -1, 0 and 1
         self.light_pin = None
         self.maintenance_pin = None
+        self.cpu_mhz = None  # None: the board's own choice
 
 
 def check_settings(values, platform):
@@ -43,6 +45,8 @@ def check_settings(values, platform):
     _read_servo(reader, settings)
     settings.light_pin = reader.pin("LIGHT_PIN", _LIGHTS.get(platform))
     settings.maintenance_pin = reader.pin("MAINTENANCE_PIN", None)
+    slowest, fastest = _CLOCKS_MHZ.get(platform, (1, 1000))
+    settings.cpu_mhz = reader.number("CPU_MHZ", slowest, fastest, None)
     reader.look_for_strangers()
     return settings, reader.problems
 
@@ -163,7 +167,7 @@ class _Reader:
 _ENTRIES = (
     "LINK", "WIFI_SSID", "WIFI_KEY", "GROUND", "UART", "UART_TX", "UART_RX", "UART_BAUD", "SYSTEM_ID", "SENSORS",
     "AZIMUTH", "ELEVATION", "SERVO_PIN", "SERVO_MINUS_US", "SERVO_NEUTRAL_US", "SERVO_PLUS_US", "LIGHT_PIN",
-    "MAINTENANCE_PIN",
+    "MAINTENANCE_PIN", "CPU_MHZ",
 )
 
 

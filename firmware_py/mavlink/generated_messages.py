@@ -33,7 +33,7 @@ KITE_TICK_END = 50002
 KITE_SENSORS = 50003
 KITE_STATE = 50010
 
-CONTRACT_HASH = 'a85f7289ba49c07a'
+CONTRACT_HASH = '26f5eacb04f54b61'
 
 # id: (struct format in wire order, CRC extra, length of the payload, its length in MAVLink 1)
 MESSAGES = {
@@ -68,7 +68,7 @@ MESSAGES = {
     KITE_TICK: ('<II', 224, 8, 8),
     KITE_TICK_END: ('<I', 105, 4, 4),
     KITE_SENSORS: ('<IffffffffH', 170, 38, 38),
-    KITE_STATE: ('<IIffffffffffffIHHHHHB', 46, 71, 71),
+    KITE_STATE: ('<IIffffffffffffIHHHHHBH', 46, 73, 71),
 }
 
 # id: offsets in the payload of the system and the component that it is for; -1: it has none

@@ -43,14 +43,14 @@ class ModeMachine:
         """True in every mode but STANDBY."""
         return self.mode != KITE_MODE_STANDBY
 
-    def arm(self, curve_problem):
+    def arm(self, problem):
         """Arm into PARK; return None, or why not. Nothing happens when armed already.
 
-        `curve_problem` is why the target curve cannot be flown, or None.
+        `problem` is what else speaks against it, or None: a curve that cannot be flown, a loop that is too slow.
         """
         if self.armed():
             return None
-        reason = "no samples from the kite" if self._kite.is_stale() else curve_problem
+        reason = "no samples from the kite" if self._kite.is_stale() else problem
         if reason is None:
             self._enter(KITE_MODE_PARK, "armed")
         return reason

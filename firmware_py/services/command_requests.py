@@ -29,8 +29,9 @@ _RESET = 2.0
 class CommandRequests:
     """What each Command does, and its acknowledgement."""
 
-    def __init__(self, parameters, modes, keeper, link, telemetry, announce):
+    def __init__(self, parameters, modes, keeper, link, telemetry, timing, announce):
         self._modes = modes
+        self._timing = timing
         self._link = link
         self._say = telemetry.say
         self._storage = StorageCommands(parameters, modes, keeper, telemetry.say, announce)
@@ -91,7 +92,7 @@ class CommandRequests:
 
     def _arm_or_disarm(self, wanted, problem):
         if wanted == 1.0:
-            reason = self._modes.arm(problem)
+            reason = self._modes.arm(problem or self._timing.problem())
             if reason is not None:
                 self._say(MAV_SEVERITY_WARNING, reason)
                 return MAV_RESULT_TEMPORARILY_REJECTED

@@ -39,14 +39,14 @@ class Dispatcher:
     a disarm or PARK does. A late copy of a command does nothing of this.
     """
 
-    def __init__(self, parameters, modes, kite, turn_k, keeper, link, telemetry):
+    def __init__(self, parameters, modes, kite, turn_k, keeper, link, telemetry, timing):
         self._system = parameters.values  # looked up at each request: it may change
         self._modes = modes
         self._keeper = keeper
         self._link = link
         self._parameters = ParameterRequests(parameters, modes, link, telemetry.say)
         self._commands = CommandRequests(
-            parameters, modes, keeper, link, telemetry, self._parameters.announce
+            parameters, modes, keeper, link, telemetry, timing, self._parameters.announce
         )
         self._curve = CurveRequests(parameters, kite, turn_k)
         self._order = CommandOrder()

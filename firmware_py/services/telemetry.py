@@ -187,7 +187,7 @@ class Telemetry:
         errors = (bad_crc, unknown, lost, overflowed + autopilot.inbox.refused)
         errors = tuple(min(count, _U16) for count in errors)
         sensors = (_GEOFENCE, _GEOFENCE, _GEOFENCE)
-        load = min(1000, autopilot.tick_us * 1000 // autopilot.period_us)
+        load = min(1000, autopilot.timing.tick_us * 1000 // autopilot.period_us)
         self._link.send(SYS_STATUS, sensors + (load, _U16, -1, 0, 0) + errors + (-1, 0, 0, 0))
 
     def _send_state(self, now):
@@ -195,6 +195,7 @@ class Telemetry:
         kite = autopilot.kite
         guidance = autopilot.guidance
         steering = autopilot.steering
+        timing = autopilot.timing
         status = steering.status
         if autopilot.modes.stale:
             status |= KITE_STATUS_STALE
@@ -205,9 +206,9 @@ class Telemetry:
             (
                 now, kite.sample_time, kite.azimuth, kite.elevation, kite.distance, kite.course, kite.heading,
                 kite.airspeed, kite.tether_force, kite.steering, autopilot.target_course, guidance.cross_track,
-                guidance.path_parameter, steering.asked, autopilot.overruns, kite.valid, status,
-                min(autopilot.tick_us, _U16), min(autopilot.tick_worst_us, _U16), min(kite.dropped, _U16),
-                autopilot.modes.mode,
+                guidance.path_parameter, steering.asked, timing.overruns, kite.valid, status,
+                min(timing.tick_us, _U16), min(timing.worst_us, _U16), min(kite.dropped, _U16),
+                autopilot.modes.mode, min(timing.latest_us, _U16),
             ),
         )
 

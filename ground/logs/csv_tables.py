@@ -20,7 +20,7 @@ _QUANTITIES = {  # column: what of the flight it is
     "path_parameter_rad": "path_parameter", "steering_asked": "set_steering", "steering": "steering",
     "airspeed_m_s": "airspeed", "tether_force_n": "tether_force",
 }
-_COUNTED = ("status", "valid", "tick_us", "tick_worst_us", "overruns", "samples_dropped")
+_COUNTED = ("status", "valid", "tick_us", "tick_worst_us", "late_worst_us", "overruns", "samples_dropped")
 
 
 def write_flight(log: MessageLog, vehicle: Address, path: Path) -> int:

@@ -5,9 +5,10 @@ from statistics import median
 from typing import NamedTuple
 
 from protocol import dialect
+from sim_bridge.equipment.sensors import Sample
 from sim_bridge.links.wire import BridgeCodec
 from sim_bridge.runs.run import RunOptions, RunResult, run_scenario
-from sim_bridge.runtimes.interface import TickOutput
+from sim_bridge.runtimes.interface import Message, TickOutput
 from sim_bridge.runtimes.real_time import HilRuntime
 from sim_bridge.scenario.scenario import Scenario
 from tests.emulated_pico.pico import EmulatedPico, Measured
@@ -15,6 +16,7 @@ from tests.emulated_pico.pico import EmulatedPico, Measured
 BAUD = 460800
 _QUANTUM_S = 0.0003  # after a first byte: a frame of steering takes 1 ms at 460800 baud
 _PATIENCE_S = 30.0
+_BEAT = 50  # ticks, of which one at least begins when it is due
 
 
 class UartPort:
@@ -61,14 +63,25 @@ class TimeKeeping(NamedTuple):
 
 
 class _Watched(HilRuntime):
-    """Also notes by the board's clock when each tick began, as its own messages tell."""
+    """Also notes by the board's clock when each tick of the flight began, as its own messages tell."""
 
     def __init__(self, pico: EmulatedPico):
         super().__init__(UartPort(pico), _PATIENCE_S, lambda: pico.now)
+        self._pico = pico
+        self._flies = False
         self._listener = BridgeCodec()
         self._uptime_us = 0
         self._uptimes_us: list[int] = []
         self._clock_less_uptime_us = 0
+
+    def exchange(self, tick: int, time_s: float, samples: list[Sample], requests: list[Message],
+                 datagrams: list[bytes]) -> TickOutput:
+        """See Runtime."""
+        if time_s >= 0.0 and not self._flies:
+            self._flies = True
+            self._uptimes_us.clear()
+            self._pico.measured()
+        return super().exchange(tick, time_s, samples, requests, datagrams)
 
     def _sort(self, data: bytes, time_s: float, output: TickOutput) -> tuple[int | None, TickOutput]:
         for message in self._listener.decode(data):
@@ -86,7 +99,6 @@ class _Watched(HilRuntime):
 def fly(pico: EmulatedPico, scenario: Scenario) -> tuple[RunResult, TimeKeeping]:
     """Fly `scenario` with a Pico that runs already; time is kept from the start of the flight to its end."""
     runtime = _Watched(pico)
-    pico.measured()
     result = run_scenario(scenario, RunOptions(), runtime=runtime)
     return result, time_keeping(runtime.starts_s(), pico.measured(), 1.0 / scenario.parameter("LOOP_HZ"))
 
@@ -96,7 +108,7 @@ def time_keeping(starts: list[float], measured: Measured, period: float) -> Time
     reset_s = measured.resets[-1][1] if measured.resets else 0.0
     feeds = [feed - reset_s for feed in measured.feeds]
     durations, collections_in_ticks, lost, latest = [], 0, 0, 0.0
-    due = starts[0]
+    due = min(start - index * period for index, start in enumerate(starts[:_BEAT]))
     collections = [(start - reset_s, took) for start, took in measured.collections]
     for start in starts:
         if start - due > period:

@@ -1,5 +1,6 @@
 """A board's hardware, simulated: what MicroPython's `machine` has, as far as the firmware uses it."""
 
+from collections import defaultdict
 from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
@@ -156,7 +157,8 @@ class SimulatedMachine(SimpleNamespace):
         super().__init__()
         self.made: dict[str, list[Any]] = {}
         self.buses = buses or {}
-        self.mem32: dict[int, int] = {}
+        self.mem32: dict[int, int] = defaultdict(int)
+        self.clock_hz = 125_000_000
         self.cause = self.PWRON_RESET
         self.grounded: set[Any] = set()
         for name, kind in (("PWM", SimulatedPwm), ("UART", SimulatedUart), ("Timer", SimulatedTimer),
@@ -165,6 +167,12 @@ class SimulatedMachine(SimpleNamespace):
 
     def reset_cause(self) -> int:
         return self.cause
+
+    def freq(self, hz: int | None = None) -> int | None:
+        if hz is None:
+            return self.clock_hz
+        self.clock_hz = hz
+        return None
 
     def I2C(self, number: int, **settings: Any) -> SimulatedI2C:  # noqa: N802  the module's own name
         return self.buses.setdefault(number, SimulatedI2C())

@@ -133,7 +133,7 @@ def test_the_uart_is_given_room_and_never_waits(pico):
 def test_a_grounded_maintenance_pin_keeps_it_from_flying(bench, capsys):
     bench.machine.grounded = {22}
     bench.machine.cause = bench.machine.WDT_RESET  # even then
-    bench.machine.mem32 = WATCHDOG_RAN
+    bench.machine.mem32.update(WATCHDOG_RAN)
     bench.power_on(wired(bench, CABLE))
     assert "WDT" not in bench.machine.made
     assert "stopped by the maintenance pin" in capsys.readouterr().out
@@ -277,7 +277,8 @@ def test_after_a_reset_by_the_watchdog_in_flight_it_flies_on_at_once(pico, monke
     pico.plan.append((9.0, lambda: kept.append(bytes(pico.memory))))
     pico.power_on(CABLE)
     pico.memory[:] = kept[0]
-    pico.machine.cause, pico.machine.mem32 = pico.machine.WDT_RESET, WATCHDOG_RAN
+    pico.machine.cause = pico.machine.WDT_RESET
+    pico.machine.mem32.update(WATCHDOG_RAN)
     began, pico.stop_s, pico.plan = pico.clock.now, pico.clock.now / 1e6 + 1.0, []
     pico.power_on(CABLE)
     beats = [values for message, values, _ in pico.frames() if message == HEARTBEAT]
@@ -286,9 +287,10 @@ def test_after_a_reset_by_the_watchdog_in_flight_it_flies_on_at_once(pico, monke
 
 
 def test_machine_reset_does_not_pass_for_the_watchdog(pico):
-    pico.machine.cause, pico.machine.mem32 = pico.machine.WDT_RESET, {0x4005801C: 0}
+    pico.machine.cause = pico.machine.WDT_RESET
+    pico.machine.mem32[0x4005801C] = 0
     assert pico.module.reset_cause() == "soft"
-    pico.machine.mem32 = WATCHDOG_RAN
+    pico.machine.mem32.update(WATCHDOG_RAN)
     assert pico.module.reset_cause() == "watchdog"
     pico.machine.cause = pico.machine.PWRON_RESET
     assert pico.module.reset_cause() == "power-on"
@@ -315,3 +317,24 @@ def test_line_angles_reach_the_estimator(pico):
     assert states[0][2:4] == (pytest.approx(100 * step), pytest.approx(455 * step))
     assert states[-1][2:4] == (pytest.approx(110 * step), pytest.approx(460 * step))
 
+
+
+@pytest.mark.parametrize(("entries", "mhz", "volts"), [
+    ({}, 200, 1.15), ({"CPU_MHZ": 133}, 133, 1.10), ({"CPU_MHZ": 150}, 150, 1.15)])
+def test_a_picos_clock_is_raised_after_its_voltage(pico, entries, mhz, volts):
+    """RP2040 datasheet: 1.10 V is good for 133 MHz, 1.15 V for 200; VSEL counts 50 mV from 0.85 V at 6 on."""
+    pico.machine.mem32[0x40064000] = 0xB1  # 1.10 V, as after a reset
+    at_the_change = []
+    change = pico.machine.freq
+
+    def freq(hz=None):
+        if hz is not None:
+            at_the_change.append(0.85 + 0.05 * ((pico.machine.mem32[0x40064000] >> 4 & 15) - 6))
+        return change(hz)
+
+    pico.machine.freq = freq
+    pico.stop_s = 0.1
+    pico.power_on(CABLE | entries)
+    assert pico.machine.clock_hz == mhz * 1_000_000
+    assert at_the_change == [pytest.approx(volts)]
+    assert pico.machine.mem32[0x40064000] & 0xF == 1

@@ -1,5 +1,7 @@
 """The loop on a board's own clock, simulated: clocks that jump, loops that stand still, ticks that nobody asked for."""
 
+from types import SimpleNamespace
+
 import pytest
 from firmware_bench import sample
 
@@ -32,6 +34,7 @@ class Board:
         self.to_firmware: list[bytes] = []
         self.beats: list[float] = []
         self.ticks = 0
+        self.said: list[str] = []
         self._parser = dialect.MAVLink(None)
 
     def ticks_us(self) -> int:
@@ -62,6 +65,8 @@ class Board:
         for message in self._parser.parse_buffer(bytes(data)) or []:
             if message.get_type() == "HEARTBEAT":
                 self.beats.append(self.passed_us / SECOND)
+            elif message.get_type() == "STATUSTEXT":
+                self.said.append(message.text)
 
     def jump(self, seconds: float) -> None:
         """The clock shows another time from now on."""
@@ -84,7 +89,7 @@ def test_it_keeps_its_beat_and_counts_nothing():
     board = Board()
     autopilot = fly(board, 10.0)
     assert abs(board.ticks - 500) <= 2
-    assert autopilot.overruns == 0
+    assert autopilot.timing.overruns == 0
     assert board.beats == pytest.approx(range(10), abs=0.03)
 
 
@@ -94,7 +99,7 @@ def test_a_clock_that_jumps_does_not_silence_the_loop(jump_s):
     board.at = [(4.0, lambda: board.jump(jump_s))]
     autopilot = fly(board, 10.0)
     assert abs(board.ticks - 500) <= 2
-    assert autopilot.overruns == 1
+    assert autopilot.timing.overruns == 1
 
 
 @pytest.mark.parametrize("stop_s", [0.05, 0.9, 5.0, 60.0])
@@ -102,7 +107,7 @@ def test_a_loop_that_stood_still_counts_it_and_goes_on_at_its_beat(stop_s):
     board = Board()
     board.at = [(2.0, lambda: board.stand_still(stop_s))]
     autopilot = fly(board, 4.0 + stop_s)
-    assert autopilot.overruns == 1
+    assert autopilot.timing.overruns == 1
     assert abs(board.ticks - 200) <= 3
 
 
@@ -110,7 +115,7 @@ def test_a_late_tick_within_a_period_is_caught_up_and_is_none():
     board = Board()
     board.at = [(2.0, lambda: board.stand_still(0.015))]
     autopilot = fly(board, 4.0)
-    assert autopilot.overruns == 0
+    assert autopilot.timing.overruns == 0
     assert abs(board.ticks - 200) <= 1
 
 
@@ -130,3 +135,36 @@ def test_a_bridges_tick_changes_nothing_in_real_time():
     assert not board.to_firmware
     assert autopilot.kite.sample_time == 199 * PERIOD_US
     assert autopilot.link.refused == 1
+
+
+def test_a_board_that_is_too_slow_for_its_rate_is_not_armed():
+    """Ticks of 25 ms at 50 Hz; from 4 s on they take 15 ms, and a while later the board may arm."""
+    board, codec = Board(), BridgeCodec()
+    work = SimpleNamespace(us=25_000)
+    board.watchdog = SimpleNamespace(feed=lambda: board._pass(work.us))
+    arm = dialect.MAVLink_command_long_message(1, 1, dialect.MAV_CMD_COMPONENT_ARM_DISARM, 0, 1.0, 0, 0, 0, 0, 0, 0)
+
+    def tell(tick: int) -> None:
+        told = sample(tick * PERIOD_US, azimuth=0.1 + 1e-4 * tick)
+        board.to_firmware.append(codec.encode(dialect.MAVLINK_MSG_ID_KITE_SENSORS, told))
+
+    board.at = sorted(
+        [(0.02 * tick, lambda tick=tick: tell(tick)) for tick in range(400)]
+        + [(time_s, lambda: board.to_firmware.append(codec.encode_message(arm))) for time_s in (3.0, 6.5)]
+        + [(4.0, lambda: setattr(work, "us", 15_000))], key=lambda entry: entry[0])
+    autopilot = fly(board, 3.9)
+    assert not autopilot.modes.armed()
+    assert "loop too slow" in board.said[-1]
+    assert autopilot.timing.overruns > 100 and autopilot.timing.worst_us > 25_000
+    board.end_us = round(8.0 * SECOND)
+    run_real_time(autopilot, board)
+    assert autopilot.modes.armed()
+    assert autopilot.timing.tick_us < 16_000
+
+
+def test_a_late_start_is_told():
+    board = Board()
+    board.at = [(2.0, lambda: board.stand_still(0.013))]
+    autopilot = fly(board, 4.0)
+    assert 8_000 < autopilot.timing.latest_us <= 13_100
+    assert autopilot.timing.overruns == 0

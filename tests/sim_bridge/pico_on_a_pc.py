@@ -67,6 +67,10 @@ class Machine:
     UART = Uart
     Pin = Timer = WDT = Anything
     WDT_RESET = 3
+    mem32 = {0x40064000: 0xB1}  # the voltage regulator  # noqa: RUF012
+
+    def freq(self, hz=125000000):
+        return hz
 
     def reset_cause(self):
         return 1
