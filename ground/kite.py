@@ -64,7 +64,7 @@ class Kite:
         self.history = StateHistory()
         session.connection.add_observer(self.history.observe)
         self._serving = Background(session.connection)
-        self.parameters = Parameters(session, self._serving)
+        self.parameters = Parameters(session.parameters, self._serving)
         self._tuning = TuningFlight(session, self.history)
         if background:
             self._serving.start()

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterable
 
 from ground.errors import UsageError
+from ground.parameters.snapshot import SnapshotStore
 from ground.session import Session
 from kite_analysis.console.mistakes import closest
 
@@ -41,6 +42,11 @@ def add_snapshot_option(parser: argparse.ArgumentParser) -> None:
     """Where the snapshot of the parameters is kept."""
     parser.add_argument("--snapshot", metavar="FILE", help="file of the snapshot that `param revert` restores "
                         "(default: one per kite, in the user's state folder)")
+
+
+def snapshot_store(args: argparse.Namespace, session: Session) -> SnapshotStore:
+    """Where the snapshot of the session's vehicle is kept: --snapshot, for verbs that have it, or the usual place."""
+    return SnapshotStore(session.parameters, session.notice, getattr(args, "snapshot", None), args.wall_clock)
 
 
 def add_command(commands, name: str, run: Run, summary: str, examples: str) -> argparse.ArgumentParser:

@@ -4,11 +4,11 @@ import argparse
 from pathlib import Path
 
 from ground.cli.completion import complete_files
-from ground.cli.options import Connect, add_command, add_snapshot_option
+from ground.cli.options import Connect, add_command, add_snapshot_option, snapshot_store
 from ground.cli.terminal import parameter_progress
 from ground.errors import UsageError
 from ground.parameters.file import STYLES, read_parameter_file, write_parameter_file
-from ground.parameters.snapshot import SnapshotKeeper, describe_age
+from ground.parameters.snapshot import describe_age
 from ground.parameters.view import Values, counted, differences, is_changed, width
 from protocol.contract import CONTRACT_HASH
 from protocol.parameter_table import load_parameters
@@ -59,10 +59,10 @@ def show_difference(args: argparse.Namespace, connect: Connect) -> int:
     with connect() as session:
         session.check_contract()
         if args.to_snapshot:
-            keeper = SnapshotKeeper(session, args.snapshot, args.wall_clock)
-            snapshot = keeper.find()
+            snapshots = snapshot_store(args, session)
+            snapshot = snapshots.find()
             if snapshot is None:
-                raise UsageError(f"no snapshot of this flight: {keeper.path} does not exist, or is from before the "
+                raise UsageError(f"no snapshot of this flight: {snapshots.path} does not exist, or is from before the "
                                  "kite was started")
             print(f"snapshot of {describe_age(snapshot, args.wall_clock())}")
             other, heading = snapshot.values, SNAPSHOT

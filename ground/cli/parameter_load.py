@@ -4,14 +4,14 @@ import argparse
 from pathlib import Path
 
 from ground.cli.completion import complete_files, complete_names
-from ground.cli.options import Connect, add_command, add_snapshot_option, known_name
+from ground.cli.options import Connect, add_command, add_snapshot_option, known_name, snapshot_store
 from ground.cli.parameter_files import SNAPSHOT, show_differences
 from ground.cli.terminal import confirm, parameter_progress, tell
 from ground.errors import NoAnswerError, UsageError, VehicleError
 from ground.parameters.changes import Change, ChangeState, count_states
 from ground.parameters.check import CheckedFile
 from ground.parameters.file import format_value
-from ground.parameters.snapshot import SnapshotKeeper, describe_age
+from ground.parameters.snapshot import describe_age
 from ground.parameters.view import Values, counted
 from ground.session import Session
 from protocol.parameter_table import load_parameters
@@ -48,8 +48,8 @@ def load_file(args: argparse.Namespace, connect: Connect) -> int:
         _refuse(file, args)
         for problem in file.problems:
             tell(f"{problem}; skipped")
-        keeper = SnapshotKeeper(session, args.snapshot, args.wall_clock)
-        keeper.complete(values)
+        snapshots = snapshot_store(args, session)
+        snapshots.complete(values)
         return _settle(args, session, values, file.wanted, Path(args.file).name)
 
 
@@ -58,10 +58,10 @@ def revert(args: argparse.Namespace, connect: Connect) -> int:
     names = [known_name(name, load_parameters()) for name in args.name]
     with connect() as session:
         session.check_contract()
-        keeper = SnapshotKeeper(session, args.snapshot, args.wall_clock)
-        snapshot = keeper.find()
+        snapshots = snapshot_store(args, session)
+        snapshot = snapshots.find()
         if snapshot is None:
-            earlier = f"; the one in {keeper.path} is from before that" if keeper.path.exists() else ""
+            earlier = f"; the one in {snapshots.path} is from before that" if snapshots.path.exists() else ""
             raise UsageError("nothing to restore: no parameter was changed from this computer since the kite was "
                              f"started{earlier}")
         if missing := [name for name in names if name not in snapshot.values]:
@@ -76,9 +76,9 @@ def revert(args: argparse.Namespace, connect: Connect) -> int:
 def take_snapshot(args: argparse.Namespace, connect: Connect) -> int:
     """param snapshot."""
     with connect() as session:
-        keeper = SnapshotKeeper(session, args.snapshot, args.wall_clock)
-        values = keeper.renew(parameter_progress())
-    print(f"{counted(len(values))} kept in {keeper.path}; `kite-ground param revert` restores them")
+        snapshots = snapshot_store(args, session)
+        values = snapshots.renew(parameter_progress())
+    print(f"{counted(len(values))} kept in {snapshots.path}; `kite-ground param revert` restores them")
     return 0
 
 

@@ -13,13 +13,14 @@ from ground.cli.options import (
     common_options,
     known_name,
     positive,
+    snapshot_store,
 )
 from ground.cli.parameter_files import add_parameter_file_commands
 from ground.cli.parameter_load import add_parameter_load_commands
 from ground.cli.terminal import parameter_progress, tell
 from ground.errors import GroundError, UsageError
 from ground.parameters.file import format_value, parse_number
-from ground.parameters.snapshot import SnapshotKeeper
+from ground.parameters.snapshot import SnapshotStore
 from ground.parameters.view import Values, facts, is_changed, row, sheet, width
 from ground.parameters.watch import watch
 from ground.session import Session
@@ -99,13 +100,13 @@ def set_parameter(args: argparse.Namespace, connect: Connect) -> int:
         raise UsageError(f"{name}: {error}") from None
     with connect() as session:
         session.check_contract()
-        keeper = SnapshotKeeper(session, args.snapshot, args.wall_clock)
-        kept = _protect(session, keeper, name)
+        snapshots = snapshot_store(args, session)
+        kept = _protect(session, snapshots, name)
         written = session.parameters.set(name, value)
         unit = load_parameters()[name].unit
         print(f"{name} = {format_value(written)} {unit}".rstrip() + ", acknowledged by the kite", flush=True)
         if kept:
-            keeper.finish(parameter_progress())
+            snapshots.finish(parameter_progress())
     return 0
 
 
@@ -117,14 +118,15 @@ def watch_parameters(args: argparse.Namespace, connect: Connect) -> int:
         chosen = _matching(values, args.pattern)
         for name, value in chosen.items():
             print(row(name, load_parameters().get(name), value), flush=True)
-        watch(session, chosen, args.every, args.duration or float("inf"), lambda text: print(text, flush=True))
+        watch(session.connection, chosen, args.every, args.duration or float("inf"),
+              lambda text: print(text, flush=True))
     return 0
 
 
-def _protect(session: Session, keeper: SnapshotKeeper, name: str) -> bool:
+def _protect(session: Session, snapshots: SnapshotStore, name: str) -> bool:
     """Whether `name` is in the snapshot; a disk that is full keeps nobody from setting a gain in flight."""
     try:
-        keeper.protect(name)
+        snapshots.protect(name)
     except UsageError as error:
         session.notice(f"warning: no snapshot: {error}")
         return False

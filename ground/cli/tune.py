@@ -7,11 +7,11 @@ import re
 from collections.abc import Callable
 
 from ground.cli.identify import identify_and_set
-from ground.cli.options import Connect, add_command, add_snapshot_option, positive
+from ground.cli.options import Connect, add_command, add_snapshot_option, positive, snapshot_store
 from ground.cli.terminal import confirm, tell
 from ground.errors import GroundError, UsageError
 from ground.parameters.file import format_value
-from ground.parameters.snapshot import SnapshotKeeper
+from ground.parameters.snapshot import SnapshotStore
 from ground.session import Session
 from ground.tuning import gain_advice
 from ground.tuning.flown_law import FlownAdvice, advise_on, describe_flown, flown_as_dictionary, read_law
@@ -69,7 +69,7 @@ def tune(args: argparse.Namespace, connect: Connect) -> int:
         history = StateHistory()
         session.connection.add_observer(history.observe)
         if args.identify:
-            _snapshot(args, session, lambda keeper: keeper.finish())
+            _snapshot(args, session, lambda snapshots: snapshots.finish())
             return identify_and_set(args, session, history)
         flight = TuningFlight(session, history)
         report = None if args.delay else _measure(args, session, flight)
@@ -77,7 +77,7 @@ def tune(args: argparse.Namespace, connect: Connect) -> int:
         new = _wanted(args, session, advice, found)
         result, written = None, False
         if new is not None:
-            _snapshot(args, session, lambda keeper: keeper.protect(GAIN_NAME))
+            _snapshot(args, session, lambda snapshots: snapshots.protect(GAIN_NAME))
             with Trial(session, tell) as trial:
                 if args.step or (found.law.eight and not found.urgent):
                     result = flight.step(trial, GAIN_NAME, new, advice.loop_delay_s, args.duration, _teller(args))
@@ -87,7 +87,7 @@ def tune(args: argparse.Namespace, connect: Connect) -> int:
                     written = True
                 if written:
                     trial.keep()
-            _snapshot(args, session, lambda keeper: keeper.finish())
+            _snapshot(args, session, lambda snapshots: snapshots.finish())
     if args.json:
         print(json.dumps({**gain_advice.as_dictionary(advice), **_decision(found), "measured": report and
                           delay_as_dictionary(report), "step": result and _step_as_dictionary(result),
@@ -197,10 +197,10 @@ def _teller(args: argparse.Namespace) -> Callable[[str], None]:
     return (lambda text: None) if args.json else tell
 
 
-def _snapshot(args: argparse.Namespace, session: Session, action: Callable[[SnapshotKeeper], object]) -> None:
+def _snapshot(args: argparse.Namespace, session: Session, action: Callable[[SnapshotStore], object]) -> None:
     """Do something about the snapshot; where it cannot be kept, that is said, and no more."""
     try:
-        action(SnapshotKeeper(session, args.snapshot, args.wall_clock))
+        action(snapshot_store(args, session))
     except GroundError as error:
         session.notice(f"warning: no snapshot: {error}")
 

@@ -5,10 +5,9 @@ import contextlib
 import sys
 
 from ground.cli.monitor import monitor
-from ground.cli.options import Connect, add_command, positive
+from ground.cli.options import Connect, add_command, positive, snapshot_store
 from ground.cli.terminal import parameter_progress, tell
 from ground.errors import GroundError
-from ground.parameters.snapshot import SnapshotKeeper
 from ground.session import Session
 from protocol.modes import MODE_NAMES
 
@@ -66,7 +65,7 @@ def disarm(args: argparse.Namespace, connect: Connect) -> int:
 def _begin_flight(args: argparse.Namespace, session: Session) -> None:
     """Keep the parameters as they are now for `param revert`: the kite is armed, whatever becomes of this."""
     try:
-        SnapshotKeeper(session, None, args.wall_clock).renew(parameter_progress())
+        snapshot_store(args, session).renew(parameter_progress())
     except GroundError as error:
         tell(f"warning: no snapshot of this flight's parameters: {error}")
 

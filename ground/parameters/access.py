@@ -7,8 +7,8 @@ from ground.errors import UsageError, VehicleError
 from ground.link.background import Background
 from ground.parameters.changes import Change, ChangeState
 from ground.parameters.check import CheckedFile
+from ground.parameters.client import ParameterClient
 from ground.parameters.file import write_parameter_file
-from ground.session import Session
 from kite_analysis.console.mistakes import closest
 from protocol.contract import CONTRACT_HASH
 from protocol.parameter_table import Parameter, float32
@@ -21,9 +21,9 @@ class Parameters:
     VehicleError when the vehicle refuses or (NoAnswerError) does not answer, in one line.
     """
 
-    def __init__(self, session: Session, serving: Background) -> None:
+    def __init__(self, client: ParameterClient, serving: Background) -> None:
         self.snapshot: dict[str, float] = {}
-        self._session, self._serving = session, serving
+        self._client, self._serving = client, serving
 
     def __getitem__(self, name: str) -> float:
         return self.get(name)
@@ -34,21 +34,21 @@ class Parameters:
     def get(self, name: str) -> float:
         """The vehicle's present value, in the unit that `describe` tells."""
         with self._serving.held():
-            return self._session.parameters.fetch(self._known(name))
+            return self._client.fetch(self._known(name))
 
     def set(self, name: str, value: float) -> float:
         """Write a value, and return what the vehicle acknowledged: the same, as a float32."""
         with self._serving.held():
-            return self._session.parameters.set(self._known(name), value)
+            return self._client.set(self._known(name), value)
 
     def list(self) -> dict[str, float]:
         """All present values, in the vehicle's order."""
         with self._serving.held():
-            return self._session.parameters.fetch_all()
+            return self._client.fetch_all()
 
     def describe(self, name: str) -> Parameter:
         """Unit, limits, default and documentation of a parameter."""
-        return self._session.parameters.table[self._known(name)]
+        return self._client.table[self._known(name)]
 
     def set_all(self, values: Mapping[str, float]) -> "list[Change]":
         """Write those of `values` that differ from the present ones, and return each with what became of it.
@@ -61,10 +61,10 @@ class Parameters:
             present = self.list()
             if unknown := [name for name in values if name not in present]:
                 raise UsageError(f"the kite has no parameter {unknown[0]}{closest(unknown[0], present)}")
-            table = self._session.parameters.table
+            table = self._client.table
             changes = [Change(name, present[name], float32(value)) for name, value in values.items()
                        if present[name] != float32(value) and not (name in table and table[name].read_only)]
-            self._session.parameters.write(changes)
+            self._client.write(changes)
         if refused := [change.reason for change in changes if change.state is ChangeState.REFUSED]:
             raise VehicleError("; ".join(refused))
         return changes
@@ -72,7 +72,7 @@ class Parameters:
     def save(self, path: str | Path, style: str = "mavproxy") -> None:
         """Write all present values to a file of `style` mavproxy, missionplanner or qgroundcontrol."""
         values = self.list()
-        system = self._session.connection.target.system
+        system = self._client.connection.target.system
         write_parameter_file(path, values, (f"kitepilot, system {system}, contract {CONTRACT_HASH}",), style, system)
 
     def load(self, path: str | Path, rest: bool = False) -> "list[Change]":
@@ -81,7 +81,7 @@ class Parameters:
         Raises:
             UsageError: the file cannot be read, or (unless `rest` sends the others) a line of it cannot be sent.
         """
-        file = CheckedFile(path, self._session.parameters.table)
+        file = CheckedFile(path, self._client.table)
         file.match(self.list())
         if file.problems and not rest:
             raise UsageError(f"{'; '.join(file.problems)}; nothing was set")
@@ -104,7 +104,7 @@ class Parameters:
         return self.set_all({name: self.snapshot[name] for name in chosen if name in self.snapshot})
 
     def _known(self, name: str) -> str:
-        table = self._session.parameters.table
+        table = self._client.table
         if name not in table:
             raise UsageError(f"no parameter is called {name!r}{closest(name.upper(), table)}")
         return name

@@ -28,7 +28,7 @@ class ParameterClient:
     def __init__(self, connection: Connection, table: Table | None = None) -> None:
         self.table = load_parameters() if table is None else table
         self.retries = 0
-        self._connection = connection
+        self.connection = connection
 
     def fetch(self, name: str) -> float:
         """The vehicle's present value of `name`, in the table's unit.
@@ -67,8 +67,8 @@ class ParameterClient:
         Raises:
             NoAnswerError: some were not answered, so that it is not known whether the vehicle has taken them.
         """
-        started_s = self._connection.clock()
-        writer = ParameterWriter(self._connection, self.table, ATTEMPTS)
+        started_s = self.connection.clock()
+        writer = ParameterWriter(self.connection, self.table, ATTEMPTS)
         try:
             writer.write(changes, told)
         finally:
@@ -76,7 +76,7 @@ class ParameterClient:
         open_ends = [change for change in changes if change.state in (ChangeState.EDITED, ChangeState.SENT)]
         if open_ends:
             which = f"{open_ends[0].name}: " if len(changes) == 1 else f"{count_states(changes)}: "
-            raise NoAnswerError(which + self._connection.why_silent(started_s))
+            raise NoAnswerError(which + self.connection.why_silent(started_s))
 
     def fetch_all(self, progress: Progress | None = None) -> dict[str, float]:
         """Every parameter of the vehicle, in its own order; `progress(n, total)` is told as they come.
@@ -85,41 +85,41 @@ class ParameterClient:
             NoAnswerError: some of them never came; names the first of those.
         """
         listing = Listing(progress)
-        self._connection.add_observer(listing.observe)
+        self.connection.add_observer(listing.observe)
         try:
-            started_s, fruitless, rounds = self._connection.clock(), 0, 0
+            started_s, fruitless, rounds = self.connection.clock(), 0, 0
             while not listing.complete and fruitless < ATTEMPTS and not self._is_down(started_s):
                 before = len(listing.values)
                 requests = self._requests(listing)
                 for request in requests:
-                    self._connection.send(request)
+                    self.connection.send(request)
                 self.retries += len(requests) if rounds else 0
                 rounds += 1
-                self._collect(listing, self._connection.patience_s(fruitless))
+                self._collect(listing, self.connection.patience_s(fruitless))
                 fruitless = 0 if len(listing.values) > before else fruitless + 1
         finally:
-            self._connection.remove_observer(listing.observe)
+            self.connection.remove_observer(listing.observe)
         if not listing.complete:
-            raise NoAnswerError(f"{listing.missing(list(self.table))}: {self._connection.why_silent(started_s)}")
+            raise NoAnswerError(f"{listing.missing(list(self.table))}: {self.connection.why_silent(started_s)}")
         return dict(listing.values[index] for index in sorted(listing.values))
 
     def _ask(self, name: str, settled: Callable[[Message], bool]) -> Message:
         """Ask for `name` until an answer is `settled`. Raises NoAnswerError when none comes."""
-        started_s = self._connection.clock()
+        started_s = self.connection.clock()
         for attempt in range(ATTEMPTS):
-            system, component = self._connection.target
-            self._connection.send(
+            system, component = self.connection.target
+            self.connection.send(
                 dialect.MAVLink_param_request_read_message(system, component, name.encode("ascii"), -1))
             self.retries += attempt > 0
-            answer = self._connection.wait_for(settled, self._connection.patience_s(attempt))
+            answer = self.connection.wait_for(settled, self.connection.patience_s(attempt))
             if answer is not None:
                 return answer
             if self._is_down(started_s):
                 break
-        raise NoAnswerError(f"{name}: {self._connection.why_silent(started_s)}")
+        raise NoAnswerError(f"{name}: {self.connection.why_silent(started_s)}")
 
     def _requests(self, listing: Listing) -> list[Message]:
-        system, component = self._connection.target
+        system, component = self.connection.target
         if listing.total is None:
             return [dialect.MAVLink_param_request_list_message(system, component)]
         return [dialect.MAVLink_param_request_read_message(system, component, b"", index)
@@ -130,7 +130,7 @@ class ParameterClient:
         count = -1
         while not listing.complete and count != len(listing.values):
             count = len(listing.values)
-            self._connection.wait_until(lambda: len(listing.values) > count, patience_s)  # noqa: B023  (called here)
+            self.connection.wait_until(lambda: len(listing.values) > count, patience_s)  # noqa: B023  (called here)
 
     def _is_down(self, since_s: float) -> bool:
-        return self._connection.silence_s(since_s) >= SILENCE_S
+        return self.connection.silence_s(since_s) >= SILENCE_S

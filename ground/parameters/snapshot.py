@@ -14,9 +14,9 @@ from typing import NamedTuple
 
 from ground.errors import NoAnswerError, UsageError
 from ground.link.connection import VehicleClock
+from ground.parameters.client import ParameterClient
 from ground.parameters.file import ParameterFileError, scan_parameter_file, write_parameter_file
 from ground.parameters.listing import Progress
-from ground.session import Session
 from protocol.contract import CONTRACT_HASH
 
 _KEPT = 10  # earlier snapshots of a vehicle
@@ -37,16 +37,16 @@ class Snapshot(NamedTuple):
     complete: bool
 
 
-class SnapshotKeeper:
-    """Takes and finds the snapshot of the vehicle that `session` hears.
+class SnapshotStore:
+    """Takes and finds the snapshot of the vehicle whose parameters `client` reads.
 
-    `file` overrides where it is kept; `now` gives seconds since 1970.
+    `warn` receives one-line warnings. `file` overrides where the snapshot is kept; `now` gives seconds since 1970.
     """
 
-    def __init__(self, session: Session, file: str | Path | None = None,
+    def __init__(self, client: ParameterClient, warn: Callable[[str], None], file: str | Path | None = None,
                  now: Callable[[], float] = time.time) -> None:
-        self.path = Path(file) if file else state_folder() / f"system-{session.connection.target.system}.param"
-        self._session, self._now, self._stated = session, now, file is not None
+        self.path = Path(file) if file else state_folder() / f"system-{client.connection.target.system}.param"
+        self._client, self._warn, self._now, self._stated = client, warn, now, file is not None
 
     def find(self) -> Snapshot | None:
         """The snapshot that holds: of this vehicle since it was started; None where there is none.
@@ -61,7 +61,7 @@ class SnapshotKeeper:
 
     def protect(self, name: str) -> float:
         """Have `name` in the snapshot before it is changed; returns its present value. One exchange, no more."""
-        value = self._session.parameters.fetch(name)
+        value = self._client.fetch(name)
         snapshot = self.find()
         if snapshot is None:
             self._write({name: value}, complete=False)
@@ -83,13 +83,13 @@ class SnapshotKeeper:
         if snapshot is not None and snapshot.complete:
             return
         try:
-            self.complete(self._session.parameters.fetch_all(progress))
+            self.complete(self._client.fetch_all(progress))
         except NoAnswerError as error:
-            self._session.notice(f"the snapshot is not complete: {error}")
+            self._warn(f"the snapshot is not complete: {error}")
 
     def renew(self, progress: Progress | None = None) -> dict[str, float]:
         """From now on the vehicle's present values, which are returned, are what there is to go back to."""
-        values = self._session.parameters.fetch_all(progress)
+        values = self._client.fetch_all(progress)
         self._write(values, complete=True)
         return values
 
@@ -105,7 +105,7 @@ class SnapshotKeeper:
 
     def _uptime(self) -> float | None:
         """For how long the vehicle runs [s], from its answers to TIMESYNC; None where none comes."""
-        connection = self._session.connection
+        connection = self._client.connection
         connection.wait_until(lambda: connection.vehicle_clock is not None, _UPTIME_WAIT_S)
         if connection.vehicle_clock is None:
             return None
@@ -113,7 +113,7 @@ class SnapshotKeeper:
 
     def _runs_fast(self) -> bool:
         """Whether the vehicle's time passes faster than ours: it is simulated."""
-        connection = self._session.connection
+        connection = self._client.connection
         first = connection.vehicle_clock or VehicleClock(0.0, 0.0)
         connection.wait_until(lambda: (connection.vehicle_clock or first).heard_s > first.heard_s + 0.9, _UPTIME_WAIT_S)
         last = connection.vehicle_clock or first
@@ -129,7 +129,7 @@ class SnapshotKeeper:
             raise UsageError(f"{self.path}: cannot write the snapshot: {error.strerror}; "
                              "give another file with --snapshot") from None
         write_parameter_file(self.path, values, (
-            f"kitepilot snapshot of system {self._session.connection.target.system}, contract {CONTRACT_HASH}",
+            f"kitepilot snapshot of system {self._client.connection.target.system}, contract {CONTRACT_HASH}",
             f"taken: {datetime.fromtimestamp(taken_s, UTC).isoformat()}", f"uptime: {uptime_s:.3f}",
             f"complete: {'yes' if complete else 'no'}"))
 
