@@ -1,4 +1,4 @@
-"""A connected kite, for scripts and notebooks: the commands of kite-ground as functions.
+"""A connected kite, for scripts and notebooks: what kite-ground does, as functions.
 
     import ground
 

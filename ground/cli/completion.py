@@ -1,19 +1,19 @@
-"""kite-ground completion: a script that completes commands, options, files and parameter names in the shell."""
+"""kite-ground completion: a script that completes verbs, options, files and parameter names in the shell."""
 
 import argparse
 
-from ground.cli.options import Connect, add_command
+from ground.cli.options import Connect, add_verb
 from ground.errors import UsageError
 from protocol.parameter_table import load_parameters
 
 SHELLS = ("bash", "zsh", "fish")
 
 
-def add_completion_command(commands) -> None:
+def add_completion_verb(verbs) -> None:
     """Add `completion`."""
-    script = add_command(commands, "completion", print_completion, "print a shell script that completes "
-                         "commands and parameter names", '  eval "$(kite-ground completion bash)"\n'
-                         "  kite-ground completion fish > ~/.config/fish/completions/kite-ground.fish")
+    script = add_verb(verbs, "completion", print_completion, "print a shell script that completes "
+                      "verbs, options and parameter names", '  eval "$(kite-ground completion bash)"\n'
+                      "  kite-ground completion fish > ~/.config/fish/completions/kite-ground.fish")
     script.add_argument("shell", choices=SHELLS)
 
 

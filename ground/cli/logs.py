@@ -30,10 +30,10 @@ _CSV, _ULOG = "csv", "ulog"
 _ENDINGS = {_CSV: ".csv", _ULOG: ".ulg"}
 
 
-def add_log_commands(commands) -> None:
-    """Add the subcommands that read logs."""
-    again = _add_reader(commands, "replay", replay, "replay a recorded flight to a ground station, as if the kite "
-                                                    "were flying",
+def add_log_verbs(verbs) -> None:
+    """Add the verbs that read logs."""
+    again = _add_reader(verbs, "replay", replay, "replay a recorded flight to a ground station, as if the kite "
+                                                 "were flying",
                         "  kite-ground replay flight.tlog\n"
                         "  kite-ground replay flight.tlog --speed 4 --from 60 --to-time 120 --loop")
     again.add_argument("--speed", type=positive, default=1.0, metavar="N", help="playback speed, times real time "
@@ -42,16 +42,16 @@ def add_log_commands(commands) -> None:
                        f"form of --link (default {DEFAULT_TARGET})")
     _add_times(again, "--to-time")
     again.add_argument("--loop", action="store_true", help="repeat the flight until Ctrl-C")
-    group = commands.add_parser("log", help="convert a recorded flight")
-    verbs = group.add_subparsers(dest="verb", required=True, metavar="VERB")
-    out = _add_reader(verbs, "export", export, "write a recorded flight in another format",
+    group = verbs.add_parser("log", help="convert a recorded flight")
+    of_log = group.add_subparsers(dest="log_verb", required=True, metavar="VERB")
+    out = _add_reader(of_log, "export", export, "write a recorded flight in another format",
                       "  kite-ground log export flight.tlog\n  kite-ground log export flight.tlog --format ulog\n"
                       "  kite-ground log export flight.tlog --all --out messages/")
     out.add_argument("--format", choices=list(_ENDINGS), default=_CSV, help="csv: one row per KITE_STATE; ulog: "
                      "everything, for PlotJuggler and pyulog (default csv)")
     out.add_argument("--all", action="store_true", help="with csv: a folder with one file per message type")
     _add_output(out, "the log's name with the format's extension")
-    picture = _add_reader(commands, "plot", plot, "plot a recorded flight: the sky, turning angle, steering, links",
+    picture = _add_reader(verbs, "plot", plot, "plot a recorded flight: the sky, turning angle, steering, links",
                           "  kite-ground plot flight.tlog\n  kite-ground plot flight.tlog --from 60 --out turn.svg")
     _add_output(picture, f"the log's name with .png; {ENDINGS_IN_WORDS} names the format")
     _add_times(picture, "--to")
@@ -116,10 +116,10 @@ def plot(args: argparse.Namespace, connect: Connect) -> int:
     return 0
 
 
-def _add_reader(commands, name: str, function: Run, summary: str, examples: str) -> argparse.ArgumentParser:
-    """A subcommand that reads a log and needs no link."""
-    parser = commands.add_parser(name, help=summary, description=summary[0].upper() + summary[1:] + ".",
-                                 epilog=f"example:\n{examples}")
+def _add_reader(verbs, name: str, function: Run, summary: str, examples: str) -> argparse.ArgumentParser:
+    """A verb that reads a log and needs no link."""
+    parser = verbs.add_parser(name, help=summary, description=summary[0].upper() + summary[1:] + ".",
+                              epilog=f"example:\n{examples}")
     parser.set_defaults(run=function)
     complete_files(parser.add_argument("file", metavar="FILE.tlog"))
     return parser

@@ -9,14 +9,14 @@ import os
 import sys
 import time
 
-from ground.cli.completion import add_completion_command
-from ground.cli.logs import add_log_commands
+from ground.cli.completion import add_completion_verb
+from ground.cli.logs import add_log_verbs
 from ground.cli.options import DEFAULTS, common_options, link_names
-from ground.cli.parameters import add_parameter_commands
-from ground.cli.record import add_record_command
+from ground.cli.parameters import add_parameter_verbs
+from ground.cli.record import add_record_verb
 from ground.cli.terminal import tell
-from ground.cli.tune import add_tune_command
-from ground.cli.vehicle import add_vehicle_commands
+from ground.cli.tune import add_tune_verb
+from ground.cli.vehicle import add_vehicle_verbs
 from ground.errors import GroundError
 from ground.link.links import open_links
 from ground.session import Session
@@ -48,16 +48,16 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def build_parser() -> Parser:
-    """The whole command line; each subcommand's `run(args, connect)` does its work and returns the exit code."""
+    """The whole command line; each verb's `run(args, connect)` does its work and returns the exit code."""
     parser = Parser(prog="kite-ground", description="Ground station for kites that fly with kitepilot.",
                     parents=[common_options(0)], epilog="example:\n  kite-ground --link udpin:0.0.0.0:14550 monitor")
-    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    add_vehicle_commands(commands)
-    add_parameter_commands(commands)
-    add_tune_command(commands)
-    add_record_command(commands)
-    add_log_commands(commands)
-    add_completion_command(commands)
+    verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
+    add_vehicle_verbs(verbs)
+    add_parameter_verbs(verbs)
+    add_tune_verb(verbs)
+    add_record_verb(verbs)
+    add_log_verbs(verbs)
+    add_completion_verb(verbs)
     return parser
 
 

@@ -1,4 +1,4 @@
-"""What the subcommands of kite-ground share: options, and their defaults."""
+"""What the verbs of kite-ground share: options, and their defaults."""
 
 import argparse
 import math
@@ -12,14 +12,14 @@ from kite_analysis.console.mistakes import closest
 
 DEFAULT_LINK = "udpin:127.0.0.1:14550"
 DEFAULTS = {"timeout": 10.0, "system": None, "wall_clock": time.time}
-_LEVELS = 3  # kite-ground, a command, a verb: each has --link, and keeps its own
+_LEVELS = 3  # kite-ground, a verb, a verb of `param`: each has --link, and keeps its own
 
 Connect = Callable[[], Session]
 Run = Callable[[argparse.Namespace, Connect], int]
 
 
 def common_options(level: int = 2) -> argparse.ArgumentParser:
-    """Options that may stand before or after the subcommand; `level` 0 to 2 is how deep this parser is."""
+    """Options that may stand before or after the verb; `level` 0 to 2 is how deep this parser is."""
     parser = argparse.ArgumentParser(add_help=False, argument_default=argparse.SUPPRESS)
     group = parser.add_argument_group("link")
     group.add_argument("--link", metavar="LINK", dest=f"link{level}", action="append",
@@ -49,10 +49,10 @@ def snapshot_store(args: argparse.Namespace, session: Session) -> SnapshotStore:
     return SnapshotStore(session.parameters, session.notice, getattr(args, "snapshot", None), args.wall_clock)
 
 
-def add_command(commands, name: str, run: Run, summary: str, examples: str) -> argparse.ArgumentParser:
-    """Add a subcommand with the common options; `examples` are lines to show below its help."""
-    parser = commands.add_parser(name, help=summary, description=summary[0].upper() + summary[1:] + ".",
-                                 epilog=f"example:\n{examples}", parents=[common_options()])
+def add_verb(verbs, name: str, run: Run, summary: str, examples: str) -> argparse.ArgumentParser:
+    """Add a verb with the common options; `examples` are lines to show below its help."""
+    parser = verbs.add_parser(name, help=summary, description=summary[0].upper() + summary[1:] + ".",
+                              epilog=f"example:\n{examples}", parents=[common_options()])
     parser.set_defaults(run=run)
     return parser
 

@@ -147,7 +147,7 @@ class Connection:
         """How long was waited since `since_s` on the clock, why in vain as far as that is known, and what to try."""
         tried = f"no answer in {self.clock() - since_s:.0f} s"
         if self.silence_s(since_s) < SILENCE_S:
-            return (f"{tried}, though the kite is heard: commands do not reach it; "
+            return (f"{tried}, though the kite is heard: nothing sent reaches it; "
                     "move closer to it, or use another --link")
         if problems := [link.problem for link in self.links.all if link.problem]:
             return f"{tried}: the link is down ({'; '.join(problems)})"

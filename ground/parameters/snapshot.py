@@ -1,8 +1,8 @@
-"""The parameters as they were when this flight began, kept on disk so that the next command can go back to them.
+"""The parameters as they were when this flight began, kept on disk so that a later run of kite-ground can restore them.
 
 One file per vehicle, `system-ID.param` in the user's state folder, in MAVProxy's form. It is taken once, by the first
-command that changes or reads the parameters, and stays until the vehicle is started anew, until `kite-ground arm`
-begins a flight, or until `kite-ground param snapshot`. What it takes the place of is kept beside it.
+verb that changes parameters, and holds until the vehicle restarts, `kite-ground arm` begins a flight, or
+`kite-ground param snapshot` replaces it. The snapshots that it replaces are kept beside it.
 """
 
 import os

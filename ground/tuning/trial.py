@@ -55,10 +55,10 @@ class Trial:
         left, self._before = self._before, {}
         if left:
             what = ", ".join(f"{name} (tried: {format_value(self._tried[name])})" for name in left)
-            commands = " && ".join(f"kite-ground param set {name} {format_value(value)}"
-                                   for name, value in reversed(left.items()))
+            by_hand = " && ".join(f"kite-ground param set {name} {format_value(value)}"
+                                  for name, value in reversed(left.items()))
             raise VehicleError(f"NOT UNDONE, not acknowledged by the kite: {what}; "
-                               f"when it is heard again, run: {commands}")
+                               f"when it is heard again, run: {by_hand}")
 
     def __enter__(self) -> "Trial":
         if threading.current_thread() is threading.main_thread():

@@ -1,4 +1,4 @@
-"""The command `kite-sitl`: fly simulated kites with the real firmware, plot and compare."""
+"""The program `kite-sitl`: fly simulated kites with the real firmware, plot and compare."""
 
 import argparse
 import os
@@ -37,7 +37,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = Parser(
         prog="kite-sitl", description="Fly simulated kites with the real firmware.",
         epilog="Start with: kite-sitl run paper-delay-tuned --plot")
-    verbs = parser.add_subparsers(dest="verb", required=True, metavar="COMMAND")
+    verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
 
     listing = verbs.add_parser("list", help="list the scenarios that come with kitepilot")
     listing.set_defaults(do=actions.list_scenarios)
