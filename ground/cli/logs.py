@@ -36,8 +36,7 @@ def add_log_verbs(verbs) -> None:
                                                  "were flying",
                         "  kite-ground replay flight.tlog\n"
                         "  kite-ground replay flight.tlog --speed 4 --from 60 --to-time 120 --loop")
-    again.add_argument("--speed", type=positive, default=1.0, metavar="N", help="playback speed, times real time "
-                                                                                "(default 1)")
+    again.add_argument("--speed", type=positive, default=1.0, metavar="N", help="times real time (default 1)")
     again.add_argument("--to", default=DEFAULT_TARGET, metavar="LINK", help="address of the ground station, in the "
                        f"form of --link (default {DEFAULT_TARGET})")
     _add_times(again, "--to-time")

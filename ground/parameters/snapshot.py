@@ -1,4 +1,4 @@
-"""The parameters as they were when this flight began, kept on disk so that a later run of kite-ground can restore them.
+"""The parameters as they were when this flight began, kept on disk so that kite-ground can restore them later.
 
 One file per vehicle, `system-ID.param` in the user's state folder, in MAVProxy's form. It is taken once, by the first
 verb that changes parameters, and holds until the vehicle restarts, `kite-ground arm` begins a flight, or

@@ -1,4 +1,4 @@
-"""How the command lines answer a mistake: in one line, with a suggestion."""
+"""How the programs answer a mistake: in one line, with a suggestion."""
 
 import argparse
 import difflib
