@@ -29,7 +29,7 @@ def draw_sky(axes: Any, azimuth: Array, elevation: Array, eights: list[TargetEig
     axes.plot(right[:1], up[:1], "o", color=_FLOWN, ms=5, label="start")
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(_MARGIN)
-    axes.set(xticks=[], yticks=[], xlabel="view downwind [deg]: azimuth along the edges, elevation up the middle")
+    axes.set(xticks=[], yticks=[], xlabel="view downwind [deg]: azimuth along the edges, elevation left of the middle")
     return view
 
 
@@ -43,8 +43,8 @@ def draw_lines(axes: Any, view: "View") -> None:
     for elevation in range(0, 90, step):
         level = np.full_like(around, np.radians(elevation))
         _add_line(axes, view.project(around, level), 1.4 if elevation == 0 else 0.7)
-        middle = view.project(np.array([view.azimuth]), level[:1])
-        _add_number(axes, middle, limits, f"{elevation}")
+        beside = np.array([view.azimuth + np.radians(step / 2)])  # not where the eight crosses itself
+        _add_number(axes, view.project(beside, level[:1]), limits, f"{elevation}")
     upwards = np.linspace(0.0, np.pi / 2, 181)
     for azimuth in range(-180 + step, 181, step):
         line = view.project(np.full_like(upwards, np.radians(azimuth)), upwards)
@@ -94,5 +94,5 @@ def _add_number(axes: Any, line: tuple[Array, Array], limits: Any, text: str) ->
             & (up > lowest + inset) & (up < highest - inset))
     if seen.any():
         at = int(np.argmax(seen))
-        axes.text(right[at], up[at], text, color=_TEXT, fontsize=7, ha="center", va="center", zorder=0.5,
-                  bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8})
+        axes.text(right[at], up[at], text, color=_TEXT, fontsize=7, ha="center", va="center", zorder=4,
+                  bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8})

@@ -111,7 +111,9 @@ def _keep(result: RunResult, options: Namespace, plot: Path | None) -> None:
         upto = f", up to {result.log_until_s:.1f} s" if result.log_until_s is not None else ""
         print(f"log: {log}{upto}{again}")
     if plot and result.flight.rows:
-        title = f"{result.numbers['scenario']}: {result.numbers['verdict']}"
+        error_rad = result.numbers["cross_track_rms_rad"]
+        error = "" if error_rad is None else f", cross-track error {math.degrees(error_rad):.2g} deg RMS"
+        title = f"{result.numbers['scenario']}: {result.numbers['verdict']}{error}"
         save_plot(plot_flight(result.flight.track(), result.flight.eight, title), plot)
         notice(f"plot: {plot}")
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from kite_analysis.angles import wrap
 from kite_analysis.figure_eight import Array, TargetEight
-from kite_analysis.figures import new_figure
+from kite_analysis.figures import legend_above, new_figure
 from kite_analysis.flights.real_flight import fit_eight, read_flight
 from kite_analysis.flights.record import FlightRecord
 from kite_analysis.plots import draw_turning_angle
@@ -129,13 +129,12 @@ def plot_shadow(flight: ShadowFlight, title: str) -> Any:
     draw_turning_angle(top, time_s, flight.course[used], flight.data.course[used],
                        ("firmware, from positions", "recorded course"))
     asked = np.where(flight.tracking, flight.steering_asked, np.nan)[used]
-    bottom.plot(time_s, flight.data.set_steering[used], "--", color="#d1495b", lw=1.0, label="recorded, commanded")
-    bottom.plot(time_s, asked, color="#1f4e9c", lw=1.0, label="firmware, for the fitted eight")
+    bottom.plot(time_s, flight.data.set_steering[used], "--", color="#d1495b", lw=1.0, label="recorded, as commanded")
+    bottom.plot(time_s, asked, color="#1f4e9c", lw=1.0, label="firmware, for the eight fitted to the flight")
     bottom.set(xlabel="time [s]", ylabel="steering")
     bottom.grid(alpha=0.3)
-    bottom.legend(loc="upper right", fontsize=8, ncols=2)
-    bottom.margins(y=0.2)
+    legend_above(bottom)
     top.set_xlabel("")
-    figure.suptitle(title)
+    figure.suptitle(f"{title}: recorded, and the firmware as its shadow")
     figure.supxlabel(flight.data.attribution, x=0.995, ha="right", fontsize=6, color="#666666")
     return figure
