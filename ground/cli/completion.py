@@ -18,7 +18,7 @@ def add_completion_verb(verbs) -> None:
 
 
 def print_completion(args: argparse.Namespace, connect: Connect) -> int:
-    """completion."""
+    """kite-ground completion."""
     try:
         import shtab  # noqa: PLC0415  (an extra)
     except ImportError:
@@ -28,14 +28,14 @@ def print_completion(args: argparse.Namespace, connect: Connect) -> int:
 
 
 def complete_names(argument: argparse.Action) -> None:
-    """Let the shell complete parameter names there."""
+    """Complete parameter names for this argument."""
     names = " ".join(load_parameters())
-    argument.complete = {  # type: ignore[attr-defined]  (where shtab looks)
+    argument.complete = {  # type: ignore[attr-defined]  (read by shtab)
         "bash": "_kite_ground_names", "zsh": f"({names})", "fish": f"(string split ' ' -- '{names}')",
         "preamble": {"bash": f"_kite_ground_names() {{ compgen -W '{names}' -- \"${{1^^}}\"; }}"}}
 
 
 def complete_files(argument: argparse.Action) -> None:
-    """Let the shell complete file names there."""
+    """Complete file names for this argument."""
     argument.complete = {  # type: ignore[attr-defined]
         "bash": "_shtab_compgen_files", "zsh": "_files", "fish": "(__fish_complete_path (commandline -ct))"}

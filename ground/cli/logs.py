@@ -60,7 +60,7 @@ def add_log_verbs(verbs) -> None:
 
 
 def replay(args: argparse.Namespace, connect: Connect) -> int:
-    """replay."""
+    """kite-ground replay."""
     log = _read(args.file)
     from_s, to_s = _times(log, args.from_s, args.to_s)
     began_s = time.monotonic()
@@ -76,7 +76,7 @@ def replay(args: argparse.Namespace, connect: Connect) -> int:
 
 
 def export(args: argparse.Namespace, connect: Connect) -> int:
-    """log export."""
+    """kite-ground log export."""
     if args.all and args.format != _CSV:
         raise UsageError(f"log export: --all goes with --format {_CSV}; {args.format} always holds everything")
     log = _read(args.file)
@@ -98,7 +98,7 @@ def export(args: argparse.Namespace, connect: Connect) -> int:
 
 
 def plot(args: argparse.Namespace, connect: Connect) -> int:
-    """plot."""
+    """kite-ground plot."""
     log = _read(args.file)
     vehicle = log.vehicle(args.system)
     _check_states(log, vehicle)
@@ -116,7 +116,7 @@ def plot(args: argparse.Namespace, connect: Connect) -> int:
 
 
 def _add_reader(verbs, name: str, function: Run, summary: str, examples: str) -> argparse.ArgumentParser:
-    """A verb that reads a log and needs no link."""
+    """Add a verb that reads a log and needs no link."""
     parser = verbs.add_parser(name, help=summary, description=summary[0].upper() + summary[1:] + ".",
                               epilog=f"example:\n{examples}")
     parser.set_defaults(run=function)
@@ -150,7 +150,7 @@ def _time(text: str) -> float:
 
 
 def _times(log: MessageLog, from_s: float, to_s: float | None) -> tuple[float, float]:
-    """The stretch that was asked for, within the log. Raises UsageError where there is nothing of it."""
+    """Start and end [s] within the log. Raises UsageError if nothing is left."""
     end_s = log.duration_s if to_s is None else min(to_s, log.duration_s)
     if from_s >= end_s:
         raise UsageError(f"{log.path}: lasts {log.duration_s:.1f} s: nothing of it is from {from_s:g} to {end_s:g} s")
@@ -170,14 +170,14 @@ def _check_states(log: MessageLog, vehicle: Address) -> None:
 
 
 def _output(args: argparse.Namespace, name: str) -> Path:
-    """Where to write. Raises UsageError where something is already, or nothing can be."""
+    """The path to write to. Raises UsageError if the file exists or cannot be written."""
     path = _output_name(args, name)
     _check(check_new_file, path, args.force)
     return path
 
 
 def _output_name(args: argparse.Namespace, name: str) -> Path:
-    """As asked, or `name` beside the log."""
+    """The path given by --out, or `name` next to the log."""
     return Path(args.out) if args.out else Path(args.file).with_name(name)
 
 

@@ -1,4 +1,4 @@
-"""kite-ground param save, savechanged and diff: the vehicle's parameters to a file, and against one."""
+"""kite-ground param save, savechanged and diff: writes parameters to a file, or compares with one."""
 
 import argparse
 from pathlib import Path
@@ -39,17 +39,17 @@ def add_parameter_file_verbs(of_param) -> None:
 
 
 def save_parameters(args: argparse.Namespace, connect: Connect) -> int:
-    """param save."""
+    """kite-ground param save."""
     return _save(args, connect, changed_only=False)
 
 
 def save_changed(args: argparse.Namespace, connect: Connect) -> int:
-    """param savechanged."""
+    """kite-ground param savechanged."""
     return _save(args, connect, changed_only=True)
 
 
 def show_difference(args: argparse.Namespace, connect: Connect) -> int:
-    """param diff. Sets nothing, and takes no snapshot."""
+    """kite-ground param diff. Sets nothing, and takes no snapshot."""
     table = load_parameters()
     if args.file and args.to_snapshot:
         raise UsageError("param diff: give FILE or --to-snapshot, not both")
@@ -72,7 +72,7 @@ def show_difference(args: argparse.Namespace, connect: Connect) -> int:
 
 
 def show_differences(values: Values, wanted: Values, heading: str) -> None:
-    """Print `wanted` against the vehicle's `values`."""
+    """Print `wanted` next to the vehicle's `values`."""
     if not wanted:
         print(f"no difference between the kite and {heading}")
         return
@@ -82,7 +82,7 @@ def show_differences(values: Values, wanted: Values, heading: str) -> None:
 
 
 def _save(args: argparse.Namespace, connect: Connect, changed_only: bool) -> int:
-    """Only what the vehicle has said is written, and only once it has said all of it."""
+    """Write only values reported by the vehicle, and only if all have been."""
     if Path(args.file).exists() and not args.force:
         raise UsageError(f"{args.file}: already exists: give another name, or --force to overwrite it")
     with connect() as session:

@@ -1,4 +1,4 @@
-"""kite-ground param load, revert and snapshot: many parameters set at once, after a look at what will change."""
+"""kite-ground param load, revert and snapshot: sets many parameters, after showing what will change."""
 
 import argparse
 from pathlib import Path
@@ -35,11 +35,11 @@ def add_parameter_load_verbs(of_param) -> None:
 
 
 def load_file(args: argparse.Namespace, connect: Connect) -> int:
-    """param load."""
+    """kite-ground param load."""
     table = load_parameters()
     file = CheckedFile(args.file, table)
     if file.problems and not args.rest:
-        file.match(table, "no parameter is called")  # without asking the vehicle: every bad line is to be named
+        file.match(table, "no parameter is called")  # by the table: name every bad line before connecting
         _refuse(file, args)
     with connect() as session:
         session.check_contract()
@@ -54,7 +54,7 @@ def load_file(args: argparse.Namespace, connect: Connect) -> int:
 
 
 def revert(args: argparse.Namespace, connect: Connect) -> int:
-    """param revert."""
+    """kite-ground param revert."""
     names = [known_name(name, load_parameters()) for name in args.name]
     with connect() as session:
         session.check_contract()
@@ -74,7 +74,7 @@ def revert(args: argparse.Namespace, connect: Connect) -> int:
 
 
 def take_snapshot(args: argparse.Namespace, connect: Connect) -> int:
-    """param snapshot."""
+    """kite-ground param snapshot."""
     with connect() as session:
         snapshots = snapshot_store(args, session)
         values = snapshots.renew(parameter_progress())
@@ -83,7 +83,7 @@ def take_snapshot(args: argparse.Namespace, connect: Connect) -> int:
 
 
 def _refuse(file: CheckedFile, args: argparse.Namespace) -> None:
-    """Send nothing where something is wrong, unless the user has said to send the rest."""
+    """Raise UsageError if the file has problems, unless --rest was given."""
     problems = file.problems
     if not problems or args.rest:
         return
@@ -94,7 +94,7 @@ def _refuse(file: CheckedFile, args: argparse.Namespace) -> None:
 
 
 def _settle(args: argparse.Namespace, session: Session, values: Values, other: Values, heading: str) -> int:
-    """Show what differs, ask, and set it."""
+    """Show the differences, ask, and set them."""
     table = load_parameters()
     wanted = {name: value for name, value in other.items() if value != values[name]}
     show_differences(values, wanted, heading)
@@ -111,7 +111,7 @@ def _settle(args: argparse.Namespace, session: Session, values: Values, other: V
 
 
 def _set_all(session: Session, changes: list[Change]) -> int:
-    """Set each; a refusal does not stop the others, a vehicle that has fallen silent does."""
+    """Set each; a refusal does not stop the others, a silent vehicle does."""
     parameters = session.parameters
     try:
         parameters.write(changes, _tell_acknowledged)

@@ -60,7 +60,7 @@ def add_parameter_verbs(verbs) -> None:
 
 
 def show_parameters(args: argparse.Namespace, connect: Connect) -> int:
-    """param show."""
+    """kite-ground param show."""
     table = load_parameters()
     with connect() as session:
         session.check_contract()
@@ -80,7 +80,7 @@ def show_parameters(args: argparse.Namespace, connect: Connect) -> int:
 
 
 def get_parameter(args: argparse.Namespace, connect: Connect) -> int:
-    """param get."""
+    """kite-ground param get."""
     name = known_name(args.name, load_parameters())
     with connect() as session:
         session.check_contract()
@@ -92,7 +92,7 @@ def get_parameter(args: argparse.Namespace, connect: Connect) -> int:
 
 
 def set_parameter(args: argparse.Namespace, connect: Connect) -> int:
-    """param set."""
+    """kite-ground param set."""
     name = known_name(args.name, load_parameters())
     try:
         value = parse_number(args.value)
@@ -111,7 +111,7 @@ def set_parameter(args: argparse.Namespace, connect: Connect) -> int:
 
 
 def watch_parameters(args: argparse.Namespace, connect: Connect) -> int:
-    """param watch."""
+    """kite-ground param watch."""
     with connect() as session, contextlib.suppress(KeyboardInterrupt):
         session.check_contract()
         values = session.parameters.fetch_all(parameter_progress())
@@ -124,14 +124,14 @@ def watch_parameters(args: argparse.Namespace, connect: Connect) -> int:
 
 
 def _protect(session: Session, snapshots: SnapshotStore, name: str) -> bool:
-    """Whether `name` is in the snapshot; a disk that is full keeps nobody from setting a gain in flight."""
+    """Save `name` in the snapshot; return whether that worked. A full disk must not prevent a gain change in flight."""
     try:
         snapshots.protect(name)
     except UsageError as error:
         session.notice(f"warning: no snapshot: {error}")
         return False
     except GroundError:
-        return False  # what is to be set may be set all the same; its own answer will tell
+        return False  # the set itself may still succeed, and reports its own errors
     return True
 
 

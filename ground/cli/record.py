@@ -21,7 +21,7 @@ def add_record_verb(verbs) -> None:
 
 
 def record(args: argparse.Namespace, connect: Connect) -> int:
-    """record."""
+    """kite-ground record."""
     with connect() as session:
         offset_s = args.wall_clock() - session.connection.clock()
         with Recorder(session.connection, args.file, offset_s, args.force) as recorder:
@@ -39,7 +39,7 @@ def record(args: argparse.Namespace, connect: Connect) -> int:
 
 
 def _ask_for_parameters(session: Session) -> None:
-    """So that the log has them; what does not come is no reason not to record."""
+    """Request all parameters, so that the log has them; record even if some do not arrive."""
     try:
         session.parameters.fetch_all(parameter_progress())
     except VehicleError as error:

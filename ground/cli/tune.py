@@ -1,4 +1,4 @@
-"""kite-ground tune: the delay in the loop, what gains it allows, and what a change of one does to the flight."""
+"""kite-ground tune: the delay in the loop, the gains that it allows, and the effect of a gain change on the flight."""
 
 import argparse
 import json
@@ -28,8 +28,8 @@ from ground.tuning.trial import Trial
 from ground.vehicle.history import StateHistory
 
 _SPEED_OPTION = "--speed-over-length"
-_POSITION_WAIT_S = 2.0  # for telemetry that comes once a second or so
-_LEAST_DELAY_S = 1e-3  # less than this is none: every gain would do
+_POSITION_WAIT_S = 2.0  # for telemetry at about 1 Hz
+_LEAST_DELAY_S = 1e-3  # without delay, every gain would do
 _GLANCE_S = 5.0
 
 
@@ -48,7 +48,7 @@ def add_tune_verb(verbs) -> None:
                       help=f"measure the delay for this many seconds (default {DELAY_MEASURE_S:g})")
     gain.add_argument("--step", type=_step, metavar="P%", help=f"change {GAIN_NAME} by this percentage, such as +10%% "
                       "or -5%%, in TRACK, and compare the flight before and after")
-    gain._negative_number_matcher = re.compile(r"^-[\d.]+ ?%?$")  # or -5% is taken for an option
+    gain._negative_number_matcher = re.compile(r"^-[\d.]+ ?%?$")  # otherwise -5% counts as an option
     gain.add_argument("--duration", type=positive, metavar="S", help="measure before and after a change for this many "
                       "seconds (default: two rounds of the eight)")
     gain.add_argument("--identify", action="store_true", help="identify K, gravity and the delay, with uncertainty, "
@@ -63,7 +63,7 @@ def add_tune_verb(verbs) -> None:
 
 
 def tune(args: argparse.Namespace, connect: Connect) -> int:
-    """tune."""
+    """kite-ground tune."""
     with connect() as session:
         session.check_contract()
         history = StateHistory()
@@ -99,7 +99,7 @@ def tune(args: argparse.Namespace, connect: Connect) -> int:
 
 
 def _measure(args: argparse.Namespace, session: Session, flight: TuningFlight) -> DelayReport:
-    """The delay in the loop from the flight itself. Raises UsageError where nothing tells it, PRED_DELAY neither."""
+    """Measure the loop delay in flight. Raises UsageError if it is not found, and PRED_DELAY is not set either."""
     _teller(args)(f"measuring the delay for {args.seconds:g} s of flight")
     report = flight.measure_delay(args.seconds)
     if not args.json:
@@ -144,7 +144,7 @@ def _advise(args: argparse.Namespace, session: Session, flight: TuningFlight,
 
 
 def _wanted(args: argparse.Namespace, session: Session, advice: GainAdvice, found: FlownAdvice) -> float | None:
-    """The gain to try, if there is one, it is safe, and the user agrees."""
+    """The gain to try, if there is a safe one and the user agrees."""
     if args.step:
         new = advice.present * args.step
         if found.law.scheduled:
@@ -167,7 +167,7 @@ def _wanted(args: argparse.Namespace, session: Session, advice: GainAdvice, foun
 
 
 def _keep(args: argparse.Namespace, session: Session, result: StepResult) -> bool:
-    """Show what the change did; whether it stays."""
+    """Show the effect; return whether the new value stays."""
     if not args.json:
         print("\n".join(effect_lines(result)), flush=True)
     if result.diverged:
@@ -178,14 +178,14 @@ def _keep(args: argparse.Namespace, session: Session, result: StepResult) -> boo
 
 
 def _verdict(found: FlownAdvice, advice: GainAdvice) -> str:
-    """Where nothing is followed, fed forward or predicted, the paper's words; else those for what is flown."""
+    """The paper's verdict for the plain law off the eight, else that for the law in use."""
     law = found.law
     plain = not (law.eight or law.feed_forward or law.predicted_s)
     return gain_advice.verdict(advice, advice.present) if plain else found.verdict
 
 
 def _decision(found: FlownAdvice) -> dict[str, object]:
-    """What takes the place of the paper's decision, for a script."""
+    """Entries that replace the paper's decision, for scripts."""
     law = found.law
     if not (law.eight or law.feed_forward or law.predicted_s):
         return {"proposal": found.proposal, "flown": flown_as_dictionary(found)}
@@ -198,7 +198,7 @@ def _teller(args: argparse.Namespace) -> Callable[[str], None]:
 
 
 def _snapshot(args: argparse.Namespace, session: Session, action: Callable[[SnapshotStore], object]) -> None:
-    """Do something about the snapshot; where it cannot be kept, that is said, and no more."""
+    """Run `action` on the snapshot; only warn if it cannot be kept."""
     try:
         action(snapshot_store(args, session))
     except GroundError as error:

@@ -28,14 +28,14 @@ def add_vehicle_verbs(verbs) -> None:
 
 
 def show_monitor(args: argparse.Namespace, connect: Connect) -> int:
-    """monitor."""
+    """kite-ground monitor."""
     with connect() as session, contextlib.suppress(KeyboardInterrupt):
         monitor(session, sys.stdout, args.duration)
     return 0
 
 
 def change_mode(args: argparse.Namespace, connect: Connect) -> int:
-    """mode."""
+    """kite-ground mode."""
     with connect() as session:
         if args.mode is not None:
             session.commander.set_mode(next(value for value, name in MODE_NAMES.items() if name.lower() == args.mode))
@@ -44,7 +44,7 @@ def change_mode(args: argparse.Namespace, connect: Connect) -> int:
 
 
 def arm(args: argparse.Namespace, connect: Connect) -> int:
-    """arm."""
+    """kite-ground arm."""
     with connect() as session:
         was_armed = session.state.armed
         session.commander.arm()
@@ -55,7 +55,7 @@ def arm(args: argparse.Namespace, connect: Connect) -> int:
 
 
 def disarm(args: argparse.Namespace, connect: Connect) -> int:
-    """disarm."""
+    """kite-ground disarm."""
     with connect() as session:
         session.commander.disarm()
         print(f"mode {_state(session)}")
@@ -63,7 +63,7 @@ def disarm(args: argparse.Namespace, connect: Connect) -> int:
 
 
 def _begin_flight(args: argparse.Namespace, session: Session) -> None:
-    """Keep the parameters as they are now for `param revert`: the kite is armed, whatever becomes of this."""
+    """Save the present parameters for `param revert`. The kite is armed even if this fails."""
     try:
         snapshot_store(args, session).renew(parameter_progress())
     except GroundError as error:

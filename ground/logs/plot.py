@@ -1,4 +1,4 @@
-"""One picture of a recorded flight: the sky, the turning angle, the steering, and how the links did."""
+"""The plot of a recorded flight: sky, turning angle, steering, delays, loss."""
 
 from datetime import UTC, datetime
 from typing import Any, NamedTuple
@@ -21,17 +21,17 @@ _FLOWN, _TARGET, _ACTUAL, _GREY = "#1f4e9c", "#d1495b", "#e08e2b", "#8a9097"
 _BAND, _PALE = "#f4c9cf", "#9fb6d9"
 _MODES = {dialect.KITE_MODE_STANDBY: "#eceff1", dialect.KITE_MODE_MANUAL: "#fdf3d8",
           dialect.KITE_MODE_PARK: "#e3f1e5", dialect.KITE_MODE_TRACK: "#ffffff"}
-_NEAR = 0.04  # of the time shown: changes nearer than that share a label
+_NEAR = 0.04  # of the time shown: changes closer than this share a label
 _MOST_LABELS = 12
-_GAP_S = 0.5  # no line is drawn over a longer silence
-_SMALL = 0.25  # of the limit: steering below that fills the axes instead
+_GAP_S = 0.5  # no line is drawn across a longer gap
+_SMALL = 0.25  # of the limit: if all steering is smaller, the axes end above it, not above the limit
 _LIMITED = dialect.KITE_STATUS_SATURATED | dialect.KITE_STATUS_SLEWED
 _NAMES = 0.11  # of the axes' height: the modes' names, between the axes and the legend
 _EIGHT = ("EIGHT_AZIMUTH", "EIGHT_ELEVATION", "EIGHT_HALF_W", "EIGHT_HALF_H", "EIGHT_DIRECTION")
 
 
 class Flight(NamedTuple):
-    """What is drawn of a flight, between `from_s` and `to_s` [s]; the record is cut to that."""
+    """What is plotted of a flight, from `from_s` to `to_s` [s]; the record is cut to these."""
 
     record: FlightRecord
     delays: Delays
@@ -43,9 +43,9 @@ class Flight(NamedTuple):
 
 
 def flight_of(log: MessageLog, vehicle: Address, from_s: float, to_s: float) -> Flight:
-    """What `log` tells of `vehicle` from `from_s` to `to_s`; the table may be empty."""
+    """The flight of `vehicle` in `log`, from `from_s` to `to_s` [s]; its record may be empty."""
     record = recorded_flight(log, vehicle)
-    first_s = from_s if from_s > 0.0 else -np.inf  # what came late at the log's start was sent before it
+    first_s = from_s if from_s > 0.0 else -np.inf  # messages delayed at the log's start were sent before it
     within = (record.time_s >= first_s) & (record.time_s <= to_s)
     began = datetime.fromtimestamp(log.start_us * 1e-6, UTC)
     title = f"{log.path.name}: kite {vehicle.system}, {began:%d %B %Y %H:%M} UTC"
@@ -54,7 +54,7 @@ def flight_of(log: MessageLog, vehicle: Address, from_s: float, to_s: float) -> 
 
 
 def plot_log(flight: Flight) -> Any:
-    """The figure.
+    """Draw the figure.
 
     Raises:
         ExtraMissingError: matplotlib is not installed.
@@ -83,7 +83,7 @@ def plot_log(flight: Flight) -> Any:
 
 
 def _eights(flight: Flight) -> list[TargetEight]:
-    """The targets that were flown; none where the log does not tell all of their parameters."""
+    """The targets that were flown; none if the log lacks some of their parameters."""
     if not set(_EIGHT) <= set(flight.parameters.names):
         return []
     changed = [change.time_s for change in flight.parameters.changes()
@@ -165,7 +165,7 @@ def _draw_modes(axes: Any, record: FlightRecord) -> None:
 
 
 def _name_modes(axes: Any, flight: Flight) -> None:
-    """The mode at the top of these axes, where there is room for its name."""
+    """Write the modes above these axes, where a name has room."""
     for start_s, end_s, mode in _runs(flight.record.time_s, flight.record.mode):
         if end_s - start_s > 0.06 * (flight.to_s - flight.from_s):
             axes.text(start_s, 1.02, " " + mode_name(int(mode)), transform=axes.get_xaxis_transform(), fontsize=8,
@@ -173,7 +173,7 @@ def _name_modes(axes: Any, flight: Flight) -> None:
 
 
 def _draw_changes(below: Any, flight: Flight) -> None:
-    """A line through all of `below` where parameters were changed, with what became what."""
+    """A line through all axes `below` at each parameter change, labelled with old and new value."""
     changes = [change for change in flight.parameters.changes() if flight.from_s <= change.time_s <= flight.to_s]
     near_s = _NEAR * (flight.to_s - flight.from_s)
     groups: list[list[LoggedChange]] = []
@@ -205,7 +205,7 @@ def _runs(time_s: Array, values: Array) -> list[tuple[float, float, float]]:
 
 
 def _broken(time_s: Array, *lines: Array) -> list[Array]:
-    """The same, with a gap where nothing came for longer than _GAP_S."""
+    """The same, with NaN where no state arrived for _GAP_S."""
     steps_s = np.diff(time_s)
     usual_s = float(np.median(steps_s)) if steps_s.size else 0.0
     at = np.flatnonzero(steps_s > max(_GAP_S, 3.0 * usual_s))

@@ -15,10 +15,10 @@ from protocol.parameter_table import Parameter, float32
 
 
 class Parameters:
-    """Reads and writes; nothing counts as written before the vehicle has acknowledged it.
+    """Reads and writes parameters; a value is written only when the vehicle has acknowledged it.
 
-    `snapshot` holds all values as they were on connecting, which `revert` goes back to. All functions raise
-    VehicleError when the vehicle refuses or (NoAnswerError) does not answer, in one line.
+    `snapshot` holds all values as they were on connecting; `revert` restores them. All functions raise VehicleError if
+    the vehicle refuses, and NoAnswerError if it does not answer.
     """
 
     def __init__(self, client: ParameterClient, serving: Background) -> None:
@@ -32,12 +32,12 @@ class Parameters:
         self.set(name, value)
 
     def get(self, name: str) -> float:
-        """The vehicle's present value, in the unit that `describe` tells."""
+        """The vehicle's present value, in the unit given by `describe`."""
         with self._serving.held():
             return self._client.fetch(self._known(name))
 
     def set(self, name: str, value: float) -> float:
-        """Write a value, and return what the vehicle acknowledged: the same, as a float32."""
+        """Write a value, and return it as acknowledged, a float32."""
         with self._serving.held():
             return self._client.set(self._known(name), value)
 
@@ -51,10 +51,10 @@ class Parameters:
         return self._client.table[self._known(name)]
 
     def set_all(self, values: Mapping[str, float]) -> "list[Change]":
-        """Write those of `values` that differ from the present ones, and return each with what became of it.
+        """Write those of `values` that differ from the present ones, and return each with its outcome.
 
         Raises:
-            UsageError: the vehicle does not have one of them; none was sent.
+            UsageError: the vehicle lacks one of them; nothing was sent.
             VehicleError: some were refused (the others are written), or not answered.
         """
         with self._serving.held():
@@ -76,10 +76,10 @@ class Parameters:
         write_parameter_file(path, values, (f"kitepilot, system {system}, contract {CONTRACT_HASH}",), style, system)
 
     def load(self, path: str | Path, rest: bool = False) -> "list[Change]":
-        """Set what the file (of any of these styles) has different; see `set_all`.
+        """Set the values that differ in the file, which may have any of these styles; see `set_all`.
 
         Raises:
-            UsageError: the file cannot be read, or (unless `rest` sends the others) a line of it cannot be sent.
+            UsageError: the file cannot be read, or a line cannot be sent and `rest` (send the others) is not set.
         """
         file = CheckedFile(path, self._client.table)
         file.match(self.list())
@@ -88,18 +88,18 @@ class Parameters:
         return self.set_all(file.wanted)
 
     def diff(self, values: Mapping[str, float] | None = None) -> dict[str, tuple[float, float]]:
-        """Where the vehicle differs from `values` (default: the snapshot): name to (vehicle's, other)."""
+        """Differences between the vehicle and `values` (default: the snapshot): name to (vehicle's, other)."""
         present = self.list()
         other = self.snapshot if values is None else values
         return {name: (present[name], value) for name, value in other.items()
                 if name in present and present[name] != value}
 
     def take_snapshot(self) -> None:
-        """From here on, `revert` goes back to the present values."""
+        """Make the present values those that `revert` restores."""
         self.snapshot = self.list()
 
     def revert(self, *names: str) -> "list[Change]":
-        """Go back to the snapshot, as a whole or for these names only; see `set_all`."""
+        """Restore the snapshot, or only these parameters of it; see `set_all`."""
         chosen = [self._known(name) for name in names] or list(self.snapshot)
         return self.set_all({name: self.snapshot[name] for name in chosen if name in self.snapshot})
 

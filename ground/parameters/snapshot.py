@@ -19,8 +19,8 @@ from ground.parameters.file import ParameterFileError, scan_parameter_file, writ
 from ground.parameters.listing import Progress
 from protocol.contract import CONTRACT_HASH
 
-_KEPT = 10  # earlier snapshots of a vehicle
-_CLOCK_S, _CLOCK_SHARE = 3.0, 0.002  # how far two clocks may be apart, and drift
+_KEPT = 10  # earlier snapshots per vehicle
+_CLOCK_S, _CLOCK_SHARE = 3.0, 0.002  # tolerated offset and drift between two clocks
 _UPTIME_WAIT_S = 4.0
 _FAST = 1.5
 
@@ -28,7 +28,7 @@ _FAST = 1.5
 class Snapshot(NamedTuple):
     """Values by name. Taken at `taken_s` (seconds since 1970), when the vehicle had been running for `uptime_s`.
 
-    `complete`: holds all of the vehicle's parameters, not only those that had to be kept at once.
+    `complete`: has all of the vehicle's parameters, not only those saved before a change.
     """
 
     values: dict[str, float]
@@ -49,10 +49,10 @@ class SnapshotStore:
         self._client, self._warn, self._now, self._stated = client, warn, now, file is not None
 
     def find(self) -> Snapshot | None:
-        """The snapshot that holds: of this vehicle since it was started; None where there is none.
+        """The valid snapshot, of this vehicle since its start; None if there is none.
 
         Raises:
-            ParameterFileError: the file is there and cannot be read.
+            ParameterFileError: the file exists but cannot be read.
         """
         if not self.path.exists():
             return None
@@ -60,7 +60,7 @@ class SnapshotStore:
         return snapshot if self._stated or not self._is_of_another_start(snapshot) else None
 
     def protect(self, name: str) -> float:
-        """Have `name` in the snapshot before it is changed; returns its present value. One exchange, no more."""
+        """Save `name` in the snapshot before it is changed, with a single exchange; return its present value."""
         value = self._client.fetch(name)
         snapshot = self.find()
         if snapshot is None:
@@ -70,7 +70,7 @@ class SnapshotStore:
         return value
 
     def complete(self, values: dict[str, float]) -> None:
-        """Add what the snapshot does not have yet, from the vehicle's present `values`."""
+        """Add the missing parameters to the snapshot, from the vehicle's present `values`."""
         snapshot = self.find()
         if snapshot is None:
             self._write(values, complete=True)
@@ -78,7 +78,7 @@ class SnapshotStore:
             self._write({**values, **snapshot.values}, True, snapshot)
 
     def finish(self, progress: Progress | None = None) -> None:
-        """Fetch what the snapshot still lacks. A vehicle that does not answer is remarked upon, no more."""
+        """Fetch the parameters that the snapshot lacks. If the vehicle does not answer, only warn."""
         snapshot = self.find()
         if snapshot is not None and snapshot.complete:
             return
@@ -88,13 +88,13 @@ class SnapshotStore:
             self._warn(f"the snapshot is not complete: {error}")
 
     def renew(self, progress: Progress | None = None) -> dict[str, float]:
-        """From now on the vehicle's present values, which are returned, are what there is to go back to."""
+        """Replace the snapshot by the vehicle's present values; return them."""
         values = self._client.fetch_all(progress)
         self._write(values, complete=True)
         return values
 
     def _is_of_another_start(self, snapshot: Snapshot) -> bool:
-        """Whether the vehicle's clock says that it was started anew since, or is another one of the same id."""
+        """Whether, by its clock, the vehicle has restarted since, or is another vehicle with the same id."""
         uptime_s = self._uptime()
         if uptime_s is None:
             return False
@@ -104,7 +104,7 @@ class SnapshotStore:
         return ahead_s < -slack_s or (ahead_s > slack_s and not self._runs_fast())
 
     def _uptime(self) -> float | None:
-        """For how long the vehicle runs [s], from its answers to TIMESYNC; None where none comes."""
+        """How long the vehicle has been running [s], from its answers to TIMESYNC; None without an answer."""
         connection = self._client.connection
         connection.wait_until(lambda: connection.vehicle_clock is not None, _UPTIME_WAIT_S)
         if connection.vehicle_clock is None:
@@ -112,7 +112,7 @@ class SnapshotStore:
         return connection.vehicle_clock.uptime_s + connection.clock() - connection.vehicle_clock.heard_s
 
     def _runs_fast(self) -> bool:
-        """Whether the vehicle's time passes faster than ours: it is simulated."""
+        """Whether the vehicle's clock runs faster than ours, as in a simulation."""
         connection = self._client.connection
         first = connection.vehicle_clock or VehicleClock(0.0, 0.0)
         connection.wait_until(lambda: (connection.vehicle_clock or first).heard_s > first.heard_s + 0.9, _UPTIME_WAIT_S)
@@ -134,7 +134,7 @@ class SnapshotStore:
             f"complete: {'yes' if complete else 'no'}"))
 
     def _put_aside(self) -> None:
-        """Keep the snapshot that is there under the time when it was taken, and the latest few of these."""
+        """Rename the existing snapshot by its date, and keep the latest few of these."""
         if self._stated or not self.path.exists():
             return
         stamp = datetime.fromtimestamp(self.path.stat().st_mtime, UTC).strftime("%Y%m%d-%H%M%S")
@@ -144,16 +144,16 @@ class SnapshotStore:
 
 
 def state_folder() -> Path:
-    """Where snapshots are kept: below $XDG_STATE_HOME, or ~/.local/state."""
+    """The folder of snapshots: below $XDG_STATE_HOME, or ~/.local/state."""
     base = os.environ.get("XDG_STATE_HOME")
     return (Path(base) if base else Path.home() / ".local" / "state") / "kitepilot"
 
 
 def read_snapshot(path: Path) -> Snapshot:
-    """A snapshot from its file; a parameter file that nobody has dated was taken when it was written.
+    """Read a snapshot; a parameter file without a date counts as taken when it was last written.
 
     Raises:
-        ParameterFileError: it cannot be read, or a line is broken.
+        ParameterFileError: it cannot be read, or a line is malformed.
     """
     entries, problems = scan_parameter_file(path)
     if problems:
@@ -175,7 +175,7 @@ def read_snapshot(path: Path) -> Snapshot:
 
 
 def describe_age(snapshot: Snapshot, now_s: float) -> str:
-    """When it was taken, in words."""
+    """When the snapshot was taken, in words."""
     minutes = max(now_s - snapshot.taken_s, 0.0) / 60.0
     at = datetime.fromtimestamp(snapshot.taken_s).astimezone().strftime("%Y-%m-%d %H:%M:%S")
     return f"{at}, {minutes:.0f} min ago" if minutes >= 1.0 else f"{at}, just now"
