@@ -1,4 +1,4 @@
-"""The ground station: link, kite state, parameters, tuning, recorder, command line.
+"""The ground station: links, the kite's state, parameters, tuning, logs, command line.
 
 For scripts and notebooks: `ground.connect` gives a `ground.kite.Kite`.
 """

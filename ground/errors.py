@@ -1,14 +1,14 @@
-"""What can go wrong in a way that a person should read about: every message is one line, whole in itself."""
+"""Errors for the user to read: every message is one line that needs no context."""
 
 
 class GroundError(Exception):
-    """An error to be shown as it is, without a traceback. `exit_code` is what the command line ends with."""
+    """An error to show without a traceback. `exit_code` is the exit code of the command line."""
 
     exit_code = 1
 
 
 class UsageError(GroundError):
-    """What was given is wrong, or nothing is there to talk to: a link, a name, a number, a file."""
+    """Wrong input (a link, a name, a number, a file), or no vehicle to talk to."""
 
     exit_code = 2
 
@@ -18,4 +18,4 @@ class VehicleError(GroundError):
 
 
 class NoAnswerError(VehicleError):
-    """The vehicle did not answer, however often it was asked."""
+    """The vehicle did not answer any of several requests."""

@@ -1,7 +1,7 @@
-"""What is wrong with the flight or the link, and what to do about it.
+"""Warnings: what is wrong with the flight or the link, and what to do about it.
 
-Advice follows from what is known. A silent link says nothing about the flight; a firmware that stopped, or sensors
-that froze, say nothing about the gains. Only after these are ruled out is an oscillation blamed on the gain.
+A silent link says nothing about the flight; stopped firmware or frozen sensors say nothing about the gains. Only
+after these are ruled out is an oscillation blamed on the gain.
 """
 
 import math
@@ -15,50 +15,50 @@ from kite_analysis.angles import wrap
 from protocol import dialect
 from protocol.frame import read_header
 
-SILENT_S = 3.0  # where messages are rare,
-_LEAST_SILENT_S, _MISSED = 1.0, 10  # and where they come often: so many in a row do not come
-_STOOD_S = 1.0
+SILENT_S = 3.0  # with rare messages
+_LEAST_SILENT_S, _MISSED = 1.0, 10  # with frequent ones: this many in a row missing
+_STOPPED_S = 1.0
 _FROZEN_S = 1.0
-_AT_ONCE = 3  # messages that go out in a tick
+_AT_ONCE = 3  # messages sent in one tick
 _WINDOW_S = 10.0
 _RECENT_S = 5.0
-_UNHEARD_S = 8.0  # where a third is lost each way, one in 300 such stretches is chance
+_UNHEARD_S = 8.0  # with a third lost each way, one such silence in 300 is chance
 _LOSS = 0.1
 _SPREAD_S = 0.2
 _SWINGS_RAD = math.radians(60.0)
-_FEW = 20  # states in a window
+_FEW = 20  # fewer states than this in a window prove nothing
 
 
 class _State(NamedTuple):
-    """A state, and when it came [s]."""
+    """A state, and when it arrived [s]."""
 
     time_s: float
-    told: dialect.MAVLink_kite_state_message
+    state: dialect.MAVLink_kite_state_message
 
 
-class _Stand(NamedTuple):
-    """When the firmware went on again [s], and for how long it had not [s]."""
+class _Stop(NamedTuple):
+    """When the firmware resumed [s], and for how long it had stopped [s]."""
 
     ended_s: float
     seconds: float
 
 
 class Advisor:
-    """Listens to the session's vehicle, and has `warnings`."""
+    """Watches the session's vehicle, and warns of what is wrong."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
         self._states: deque[_State] = deque()
         self._sequence = 0
-        self._stood: _Stand | None = None
+        self._stopped: _Stop | None = None
         session.connection.add_observer(self._observe)
 
     def warnings(self) -> list[str]:
-        """One line for each thing that is wrong at present, the worst first."""
+        """One line for each present problem, the worst first."""
         silent = self._silence()
         if silent:
             return [silent]
-        blind = [self._stood_still(), self._frozen(), self._neutral()]
+        blind = [self._stopped_firmware(), self._frozen(), self._neutral()]
         flight = [] if any(blind) else [self._swinging(), self._saturated()]
         found = [self._unheard(), *blind, *flight, self._lossy(), self._overruns(), self._late(), self._slow(),
                  self._dropped(), self._broken_links(), self._others()]
@@ -66,39 +66,39 @@ class Advisor:
 
     def _observe(self, time_s: float, message: Message, frame: bytes) -> None:
         if isinstance(message, dialect.MAVLink_kite_state_message):
-            self._look_for_a_stand(time_s, message, read_header(frame).sequence)
+            self._look_for_a_stop(time_s, message, read_header(frame).sequence)
             self._states.append(_State(time_s, message))
             while self._states[0].time_s < time_s - _WINDOW_S:
                 self._states.popleft()
 
-    def _look_for_a_stand(self, time_s: float, message: dialect.MAVLink_kite_state_message, sequence: int) -> None:
-        """No state came for a while, and yet no message is missing: the firmware itself stood still."""
+    def _look_for_a_stop(self, time_s: float, message: dialect.MAVLink_kite_state_message, sequence: int) -> None:
+        """If no state arrived for a while but no message is missing, the firmware itself had stopped."""
         sent = (sequence - self._sequence) % 256
         self._sequence = sequence
         if not self._states:
             return
         gap_s = time_s - self._states[-1].time_s
-        if gap_s > max(_STOOD_S, _MISSED * self._usual_s()) and sent <= _AT_ONCE:
-            self._stood = _Stand(time_s, gap_s)
+        if gap_s > max(_STOPPED_S, _MISSED * self._usual_s()) and sent <= _AT_ONCE:
+            self._stopped = _Stop(time_s, gap_s)
 
     def _usual_s(self) -> float:
-        """The time from one state to the next [s], as it mostly is."""
+        """Median time from one state to the next [s]."""
         steps_s = sorted(later.time_s - earlier.time_s for earlier, later in pairwise(self._states))
         return steps_s[len(steps_s) // 2] if steps_s else 0.0
 
-    def _stood_still(self) -> str | None:
-        if self._stood is None or self._session.connection.clock() - self._stood.ended_s > _WINDOW_S:
+    def _stopped_firmware(self) -> str | None:
+        if self._stopped is None or self._session.connection.clock() - self._stopped.ended_s > _WINDOW_S:
             return None
-        return (f"the firmware stopped for {self._stood.seconds:.1f} s and the kite was not steered: "
+        return (f"the firmware stopped for {self._stopped.seconds:.1f} s and the kite was not steered: "
                 "PARK it, and check the board's power and load")
 
     def _frozen(self) -> str | None:
-        """States come, and say the same over and over, in flight."""
-        flying = [state for state in self._states if state.told.mode != dialect.KITE_MODE_STANDBY]
+        """In flight, states arrive but their position does not change."""
+        flying = [entry for entry in self._states if entry.state.mode != dialect.KITE_MODE_STANDBY]
         if len(flying) < _FEW:
             return None
         newest = flying[-1]
-        since = next((state for state in reversed(flying) if _has_moved(state.told, newest.told)), flying[0])
+        since = next((entry for entry in reversed(flying) if _has_moved(entry.state, newest.state)), flying[0])
         frozen_s = newest.time_s - since.time_s
         if frozen_s < _FROZEN_S:
             return None
@@ -144,7 +144,7 @@ class Advisor:
         return f"{loss:.0%} of the messages are lost: move closer, turn the antenna, or lower STATE_HZ"
 
     def _overruns(self) -> str | None:
-        if not self._states or (grown := self._states[-1].told.overruns - self._states[0].told.overruns) <= 0:
+        if not self._states or (grown := self._states[-1].state.overruns - self._states[0].state.overruns) <= 0:
             return None
         return f"overruns: {grown} in the last 10 s; lower STATE_HZ, or LOOP_HZ while disarmed"
 
@@ -174,7 +174,7 @@ class Advisor:
     def _dropped(self) -> str | None:
         if not self._states:
             return None
-        grown = self._states[-1].told.samples_dropped - self._states[0].told.samples_dropped
+        grown = self._states[-1].state.samples_dropped - self._states[0].state.samples_dropped
         if grown <= 0:
             return None
         return f"implausible samples dropped: {grown} in the last 10 s; check the sensors"
@@ -189,14 +189,14 @@ class Advisor:
         return f"another vehicle is heard, system {min(others)}: choose one with --system"
 
     def _status(self, flag: int) -> bool:
-        return bool(self._states and self._states[-1].told.status & flag)
+        return bool(self._states and self._states[-1].state.status & flag)
 
     def _recent(self) -> list[dialect.MAVLink_kite_state_message]:
         now_s = self._session.connection.clock()
-        return [state.told for state in self._states if state.time_s >= now_s - _RECENT_S]
+        return [entry.state for entry in self._states if entry.time_s >= now_s - _RECENT_S]
 
 
 def _has_moved(earlier: dialect.MAVLink_kite_state_message, later: dialect.MAVLink_kite_state_message) -> bool:
-    """Whether `later` tells of another sample, and that of another place."""
+    """Whether `later` reports a newer sample at a different position."""
     return (earlier.sample_time_us != later.sample_time_us
             and (earlier.azimuth, earlier.elevation) != (later.azimuth, later.elevation))

@@ -1,4 +1,4 @@
-"""A connected kite, for scripts and notebooks: the commands of kite-ground as functions.
+"""A connected kite, for scripts and notebooks: what kite-ground does, as functions.
 
     import ground
 
@@ -64,7 +64,7 @@ class Kite:
         self.history = StateHistory()
         session.connection.add_observer(self.history.observe)
         self._serving = Background(session.connection)
-        self.parameters = Parameters(session, self._serving)
+        self.parameters = Parameters(session.parameters, self._serving)
         self._tuning = TuningFlight(session, self.history)
         if background:
             self._serving.start()
@@ -107,7 +107,7 @@ class Kite:
         """Wait for the first KITE_STATE that `condition` accepts, and return it.
 
         Raises:
-            NoAnswerError: none did within `timeout_s` [s]; the text has the number of states and `what` was waited for.
+            NoAnswerError: none did within `timeout_s` [s]; the message has `what` and the number of states.
         """
         seen = 0
 
@@ -169,7 +169,7 @@ class Kite:
     def link(self) -> LinkReport:
         """Present state of the links; the round trip (TIMESYNC) is over the last minute."""
         connection = self.session.connection
-        with self._serving.held():  # the statistics forget what is old while they are read
+        with self._serving.held():  # reading the statistics drops what is outdated
             now_s = connection.clock()
             statistics = connection.statistics
             return LinkReport(
@@ -205,7 +205,7 @@ def connect(*links: str, system: int | None = None, timeout_s: float = 10.0,
 
 def connect_over(links: Links, system: int | None = None, timeout_s: float = 10.0, warn: Callable[[str], None] = print,
                  background: bool = True) -> Kite:
-    """The same over `links` that are already open, on their clock. Without `background`, time passes only in calls."""
+    """As `connect`, over open `links` and on their clock. Without `background`, messages are handled only in calls."""
     session = Session(links, warn, system)
     try:
         session.find_vehicle(timeout_s)

@@ -1,4 +1,4 @@
-"""A ground station at work: one connection, and everything that listens to it or speaks over it."""
+"""A running ground station: one connection, and everything that listens or sends on it."""
 
 from collections import deque
 from collections.abc import Callable
@@ -21,7 +21,7 @@ _CONTRACT_S = 8.0
 
 
 class Session:
-    """Owns the links and closes them. Warnings of one line go to `on_notice` and are kept in `notices`."""
+    """Owns the links and closes them. One-line warnings go to `on_notice` and are kept in `notices`."""
 
     def __init__(self, links: Links, on_notice: Callable[[str], None], vehicle_system: int | None = None) -> None:
         self.links = links
@@ -37,12 +37,12 @@ class Session:
         self._vehicle_system = vehicle_system
 
     def notice(self, text: str) -> None:
-        """Tell the user something in one line."""
+        """Show the user a line."""
         self.notices.append((self.connection.clock(), text))
         self.on_notice(text)
 
     def find_vehicle(self, timeout_s: float) -> None:
-        """Wait for the vehicle's heartbeat. Raises UsageError, with what to check, when none comes."""
+        """Wait for the vehicle's heartbeat. Raises UsageError, with advice on what to check, if none arrives."""
         if self.connection.wait_until(lambda: self.connection.vehicle is not None, timeout_s):
             return
         nothing = f"no heartbeat within {timeout_s:g} s on {self.links.name}"
@@ -57,9 +57,9 @@ class Session:
         raise UsageError(f"{nothing}: {advice or 'is the kite running, and are these its links?'}")
 
     def check_contract(self) -> None:
-        """Give the vehicle a few seconds to say which contract it has: what follows depends on the table.
+        """Give the vehicle a few seconds to report its contract: later requests depend on the parameter table.
 
-        By then the round trip is known too, so that nothing that follows is asked again too soon.
+        By then the round trip has been measured too, so that later requests are not repeated too soon.
         """
         started_s = self.connection.clock()
         known = self.contract.wait(_CONTRACT_S)

@@ -20,6 +20,20 @@ def new_figure(width: float = 7.0, height: float = 4.5, rows: int = 1) -> tuple[
     return figure, figure.subplots(rows, 1, sharex=rows > 1)
 
 
+def legend_above(axes: Any, *others: Any, lift: float = 0.0) -> None:
+    """A legend above the axes, at the right: inside, it would hide the flight. `others` add the names on their axes.
+
+    `lift` leaves room below it, in heights of the axes.
+    """
+    handles, labels = axes.get_legend_handles_labels()
+    for other in others:
+        more_handles, more_labels = other.get_legend_handles_labels()
+        handles, labels = handles + more_handles, labels + more_labels
+    if handles:
+        axes.legend(handles, labels, loc="lower right", bbox_to_anchor=(1.0, 1.0 + lift), ncols=len(labels), fontsize=8,
+                    frameon=False, borderaxespad=0.2)
+
+
 def save(figure: Any, path: Path) -> None:
     """Write `figure` to `path`; its ending names the format."""
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""Where a plot may be written: one rule for every command that draws one."""
+"""Where a plot may be written: one rule for both programs."""
 
 import os
 from pathlib import Path

@@ -1,21 +1,27 @@
-"""Functions of numbers and arrays, compiled by numba where it is installed, plain Python where it is not."""
+"""Functions of numbers and arrays, compiled by numba where it is installed, plain Python where it is not.
+
+Importing compiles nothing, and leaves the disk and numba's settings as they are: all that happens at the first call.
+"""
 
 import hashlib
 import os
 import shutil
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
 try:
     import numba
-    from numba.core import config
+    from numba.core import caching, config
 except ImportError:
-    numba = config = None
+    numba = caching = config = None
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 _HERE = Path(__file__).parent
 _FOLDER = "compiled-"
+_SETTINGS: Any = config
+_NoCache: Any = caching.NullCache if caching else object
 
 
 def compiled(function: Function) -> Function:
@@ -25,26 +31,46 @@ def compiled(function: Function) -> Function:
     """
     if numba is None:
         return function
-    return numba.njit(cache=True, error_model="numpy")(function)  # type: ignore[return-value]
+    dispatcher: Any = numba.njit(error_model="numpy")(function)
+    if hasattr(dispatcher, "enable_caching"):
+        dispatcher._cache = _CacheAtFirstCompilation(dispatcher)
+    return dispatcher
 
 
-def _keep_by_source(settings: Any) -> None:
-    """Have numba keep its code in a folder that is named after all sources that may be compiled.
+class _CacheAtFirstCompilation(_NoCache):
+    """Gives its place to numba's cache on disk when numba first asks for machine code.
 
-    By itself it looks at the file of a function only, and goes on with old code after a change in what that calls.
+    numba itself would make that cache, and its folder, when the function is defined.
+    """
+
+    def __init__(self, dispatcher: Any) -> None:
+        self._dispatcher = dispatcher
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Called under the compiler's lock, so that no other thread sees the changed setting."""
+        asked, _SETTINGS.CACHE_DIR = _SETTINGS.CACHE_DIR, str(_folder(_SETTINGS.CACHE_DIR))
+        try:
+            self._dispatcher.enable_caching()
+        finally:
+            _SETTINGS.CACHE_DIR = asked
+        return self._dispatcher._cache.load_overload(sig, target_context)
+
+
+@cache
+def _folder(asked: str) -> Path:
+    """Where machine code is kept, below `asked` if that is not empty; named after all sources that may be compiled.
+
+    numba itself looks only at the file of a function, and keeps using old code after a change in what that calls.
+    Folders of other sources are removed.
     """
     sources = hashlib.sha256()
     for path in sorted((*_HERE.glob("plants/**/*.py"), *_HERE.glob("wind/*.py"), Path(__file__))):
         sources.update(path.read_bytes())
     beside = _HERE / "__pycache__"
     writable = os.access(beside if beside.exists() else _HERE, os.W_OK)
-    kept = Path(settings.CACHE_DIR or (beside if writable else Path.home() / ".cache" / "kitepilot"))
+    kept = Path(asked or (beside if writable else Path.home() / ".cache" / "kitepilot"))
     folder = kept / f"{_FOLDER}{sources.hexdigest()[:16]}"
-    settings.CACHE_DIR = str(folder)
     for old in kept.glob(f"{_FOLDER}*"):
         if old != folder:
             shutil.rmtree(old, ignore_errors=True)
-
-
-if numba is not None:
-    _keep_by_source(config)
+    return folder

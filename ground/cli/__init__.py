@@ -1,1 +1,1 @@
-"""The command `kite-ground`: a file for each group of subcommands, the monitor, the terminal."""
+"""The program `kite-ground`: a file for each group of verbs, the monitor, the terminal."""

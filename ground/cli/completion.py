@@ -1,24 +1,24 @@
-"""kite-ground completion: a script that completes commands, options, files and parameter names in the shell."""
+"""kite-ground completion: a script that completes verbs, options, files and parameter names in the shell."""
 
 import argparse
 
-from ground.cli.options import Connect, add_command
+from ground.cli.options import Connect, add_verb
 from ground.errors import UsageError
 from protocol.parameter_table import load_parameters
 
 SHELLS = ("bash", "zsh", "fish")
 
 
-def add_completion_command(commands) -> None:
+def add_completion_verb(verbs) -> None:
     """Add `completion`."""
-    script = add_command(commands, "completion", print_completion, "print a shell script that completes "
-                         "commands and parameter names", '  eval "$(kite-ground completion bash)"\n'
-                         "  kite-ground completion fish > ~/.config/fish/completions/kite-ground.fish")
+    script = add_verb(verbs, "completion", print_completion, "print a shell script that completes "
+                      "verbs, options and parameter names", '  eval "$(kite-ground completion bash)"\n'
+                      "  kite-ground completion fish > ~/.config/fish/completions/kite-ground.fish")
     script.add_argument("shell", choices=SHELLS)
 
 
 def print_completion(args: argparse.Namespace, connect: Connect) -> int:
-    """completion."""
+    """kite-ground completion."""
     try:
         import shtab  # noqa: PLC0415  (an extra)
     except ImportError:
@@ -28,14 +28,14 @@ def print_completion(args: argparse.Namespace, connect: Connect) -> int:
 
 
 def complete_names(argument: argparse.Action) -> None:
-    """Let the shell complete parameter names there."""
+    """Complete parameter names for this argument."""
     names = " ".join(load_parameters())
-    argument.complete = {  # type: ignore[attr-defined]  (where shtab looks)
+    argument.complete = {  # type: ignore[attr-defined]  (read by shtab)
         "bash": "_kite_ground_names", "zsh": f"({names})", "fish": f"(string split ' ' -- '{names}')",
         "preamble": {"bash": f"_kite_ground_names() {{ compgen -W '{names}' -- \"${{1^^}}\"; }}"}}
 
 
 def complete_files(argument: argparse.Action) -> None:
-    """Let the shell complete file names there."""
+    """Complete file names for this argument."""
     argument.complete = {  # type: ignore[attr-defined]
         "bash": "_shtab_compgen_files", "zsh": "_files", "fish": "(__fish_complete_path (commandline -ct))"}

@@ -1,4 +1,4 @@
-"""kite-ground tune --identify: the kite's constants from its flight, settings for the predictor, and their effect."""
+"""kite-ground tune --identify: constants of the kite in flight, settings for the prediction, and their effect."""
 
 import argparse
 import json
@@ -19,7 +19,7 @@ _SETTLE_S = 10.0
 
 
 def identify_and_set(args: argparse.Namespace, session: Session, history: StateHistory) -> int:
-    """tune --identify; `history` is fed by the session's connection."""
+    """kite-ground tune --identify; `history` observes the session's connection."""
     seconds = max(args.seconds, LEAST_SECONDS)
     loop_hz = args.loop_hz or session.parameters.fetch(RATE_NAME)
     flight = TuningFlight(session, history)
@@ -37,7 +37,7 @@ def identify_and_set(args: argparse.Namespace, session: Session, history: StateH
     after, kept = None, False
     if args.yes or (not args.json and confirm(session, "set these and fly with them?")):
         with Trial(session, tell) as trial:
-            for name, value in proposed.items():  # gains for a predicted kite come after the prediction
+            for name, value in proposed.items():  # the prediction before the gains that need it
                 trial.set(name, value)
             if not args.json:
                 tell(f"acknowledged; {_SETTLE_S:.0f} s to settle, then {seconds:.0f} s to measure")
@@ -76,7 +76,7 @@ def _proposal_lines(proposed: dict[str, float], old: dict[str, float]) -> list[s
 
 
 def _keep(args: argparse.Namespace, session: Session, before: Effect, after: Effect, diverged: bool) -> bool:
-    """Show the effect; whether the new values stay."""
+    """Show the effect; return whether the new values stay."""
     if not args.json:
         for name, was, now in (("cross-track error, RMS", before.cross_track_rad, after.cross_track_rad),
                                ("turning-angle error, RMS", before.turning_rad, after.turning_rad)):

@@ -30,28 +30,27 @@ _CSV, _ULOG = "csv", "ulog"
 _ENDINGS = {_CSV: ".csv", _ULOG: ".ulg"}
 
 
-def add_log_commands(commands) -> None:
-    """Add the subcommands that read logs."""
-    again = _add_reader(commands, "replay", replay, "replay a recorded flight to a ground station, as if the kite "
-                                                    "were flying",
+def add_log_verbs(verbs) -> None:
+    """Add the verbs that read logs."""
+    again = _add_reader(verbs, "replay", replay, "replay a recorded flight to a ground station, as if the kite "
+                                                 "were flying",
                         "  kite-ground replay flight.tlog\n"
                         "  kite-ground replay flight.tlog --speed 4 --from 60 --to-time 120 --loop")
-    again.add_argument("--speed", type=positive, default=1.0, metavar="N", help="playback speed, times real time "
-                                                                                "(default 1)")
+    again.add_argument("--speed", type=positive, default=1.0, metavar="N", help="times real time (default 1)")
     again.add_argument("--to", default=DEFAULT_TARGET, metavar="LINK", help="address of the ground station, in the "
                        f"form of --link (default {DEFAULT_TARGET})")
     _add_times(again, "--to-time")
     again.add_argument("--loop", action="store_true", help="repeat the flight until Ctrl-C")
-    group = commands.add_parser("log", help="convert a recorded flight")
-    verbs = group.add_subparsers(dest="verb", required=True, metavar="VERB")
-    out = _add_reader(verbs, "export", export, "write a recorded flight in another format",
+    group = verbs.add_parser("log", help="convert a recorded flight")
+    of_log = group.add_subparsers(dest="log_verb", required=True, metavar="VERB")
+    out = _add_reader(of_log, "export", export, "write a recorded flight in another format",
                       "  kite-ground log export flight.tlog\n  kite-ground log export flight.tlog --format ulog\n"
                       "  kite-ground log export flight.tlog --all --out messages/")
     out.add_argument("--format", choices=list(_ENDINGS), default=_CSV, help="csv: one row per KITE_STATE; ulog: "
                      "everything, for PlotJuggler and pyulog (default csv)")
     out.add_argument("--all", action="store_true", help="with csv: a folder with one file per message type")
     _add_output(out, "the log's name with the format's extension")
-    picture = _add_reader(commands, "plot", plot, "plot a recorded flight: the sky, turning angle, steering, links",
+    picture = _add_reader(verbs, "plot", plot, "plot a recorded flight: the sky, turning angle, steering, links",
                           "  kite-ground plot flight.tlog\n  kite-ground plot flight.tlog --from 60 --out turn.svg")
     _add_output(picture, f"the log's name with .png; {ENDINGS_IN_WORDS} names the format")
     _add_times(picture, "--to")
@@ -61,7 +60,7 @@ def add_log_commands(commands) -> None:
 
 
 def replay(args: argparse.Namespace, connect: Connect) -> int:
-    """replay."""
+    """kite-ground replay."""
     log = _read(args.file)
     from_s, to_s = _times(log, args.from_s, args.to_s)
     began_s = time.monotonic()
@@ -77,7 +76,7 @@ def replay(args: argparse.Namespace, connect: Connect) -> int:
 
 
 def export(args: argparse.Namespace, connect: Connect) -> int:
-    """log export."""
+    """kite-ground log export."""
     if args.all and args.format != _CSV:
         raise UsageError(f"log export: --all goes with --format {_CSV}; {args.format} always holds everything")
     log = _read(args.file)
@@ -99,7 +98,7 @@ def export(args: argparse.Namespace, connect: Connect) -> int:
 
 
 def plot(args: argparse.Namespace, connect: Connect) -> int:
-    """plot."""
+    """kite-ground plot."""
     log = _read(args.file)
     vehicle = log.vehicle(args.system)
     _check_states(log, vehicle)
@@ -116,10 +115,10 @@ def plot(args: argparse.Namespace, connect: Connect) -> int:
     return 0
 
 
-def _add_reader(commands, name: str, function: Run, summary: str, examples: str) -> argparse.ArgumentParser:
-    """A subcommand that reads a log and needs no link."""
-    parser = commands.add_parser(name, help=summary, description=summary[0].upper() + summary[1:] + ".",
-                                 epilog=f"example:\n{examples}")
+def _add_reader(verbs, name: str, function: Run, summary: str, examples: str) -> argparse.ArgumentParser:
+    """Add a verb that reads a log and needs no link."""
+    parser = verbs.add_parser(name, help=summary, description=summary[0].upper() + summary[1:] + ".",
+                              epilog=f"example:\n{examples}")
     parser.set_defaults(run=function)
     complete_files(parser.add_argument("file", metavar="FILE.tlog"))
     return parser
@@ -151,7 +150,7 @@ def _time(text: str) -> float:
 
 
 def _times(log: MessageLog, from_s: float, to_s: float | None) -> tuple[float, float]:
-    """The stretch that was asked for, within the log. Raises UsageError where there is nothing of it."""
+    """Start and end [s] within the log. Raises UsageError if nothing is left."""
     end_s = log.duration_s if to_s is None else min(to_s, log.duration_s)
     if from_s >= end_s:
         raise UsageError(f"{log.path}: lasts {log.duration_s:.1f} s: nothing of it is from {from_s:g} to {end_s:g} s")
@@ -171,14 +170,14 @@ def _check_states(log: MessageLog, vehicle: Address) -> None:
 
 
 def _output(args: argparse.Namespace, name: str) -> Path:
-    """Where to write. Raises UsageError where something is already, or nothing can be."""
+    """The path to write to. Raises UsageError if the file exists or cannot be written."""
     path = _output_name(args, name)
     _check(check_new_file, path, args.force)
     return path
 
 
 def _output_name(args: argparse.Namespace, name: str) -> Path:
-    """As asked, or `name` beside the log."""
+    """The path given by --out, or `name` next to the log."""
     return Path(args.out) if args.out else Path(args.file).with_name(name)
 
 

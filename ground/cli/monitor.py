@@ -1,4 +1,4 @@
-"""The live monitor: a table that redraws itself in a terminal, a line a second anywhere else."""
+"""The live monitor: a table in a terminal, one line per second in a pipe."""
 
 import os
 from typing import TextIO
@@ -14,7 +14,7 @@ _HOME, _CLEAR_LINE, _CLEAR_BELOW, _CLEAR_ALL = "\x1b[H", "\x1b[K", "\x1b[J", "\x
 
 
 def monitor(session: Session, output: TextIO, duration_s: float | None) -> None:
-    """Show the vehicle on `output` for `duration_s` [s], or until interrupted when None."""
+    """Show the vehicle on `output` for `duration_s` [s], or until interrupted if None."""
     if output.isatty() and os.environ.get("TERM") != "dumb":
         _show_table(session, output, duration_s)
     else:
@@ -24,7 +24,7 @@ def monitor(session: Session, output: TextIO, duration_s: float | None) -> None:
 def _show_table(session: Session, output: TextIO, duration_s: float | None) -> None:
     end_s = _end(session, duration_s)
     advisor, size = Advisor(session), (0, 0)
-    session.on_notice = lambda text: None  # shown among the messages
+    session.on_notice = lambda text: None  # the table shows it
     output.write(_ALTERNATE_SCREEN)
     try:
         while session.connection.clock() < end_s:
@@ -59,12 +59,12 @@ def _print_lines(session: Session, output: TextIO, duration_s: float | None) -> 
 
 
 def _kind(warning: str) -> str:
-    """The warning without its numbers, which change all the time."""
+    """The warning without its numbers, which vary."""
     return "".join(letter for letter in warning if not letter.isdigit())
 
 
 def _size(output: TextIO) -> tuple[int, int]:
-    """Columns and rows of the terminal at this moment."""
+    """Present columns and rows of the terminal."""
     try:
         size = os.get_terminal_size(output.fileno())
     except OSError:
@@ -77,5 +77,5 @@ def _end(session: Session, duration_s: float | None) -> float:
 
 
 def _serve(session: Session, seconds: float) -> None:
-    """Let the connection work for this long [s]."""
+    """Serve the connection for `seconds` [s]."""
     session.connection.wait_until(lambda: False, seconds)

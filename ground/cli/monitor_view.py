@@ -1,4 +1,4 @@
-"""What the monitor shows: a table for a terminal, one line for anything else. Degrees here, radians inside."""
+"""Contents of the monitor: a table for a terminal, a line for a pipe. Angles in degrees."""
 
 import math
 import textwrap
@@ -22,7 +22,7 @@ _STATUS_NAMES = {
 
 
 def screen(session: Session, warnings: list[str], width: int, height: int) -> list[str]:
-    """At most `height` lines of at most `width` columns: title, warnings, flight, loop, links, and what was said."""
+    """At most `height` lines of at most `width` columns: title, warnings, flight, loop, links, messages."""
     state, connection = session.state, session.connection
     rows = [*_flight(state), *_loop(state), *_links(session)]
     lines = [_title(state, connection), *_warned(warnings, width), ""]
@@ -33,7 +33,7 @@ def screen(session: Session, warnings: list[str], width: int, height: int) -> li
 
 
 def line(state: VehicleState, connection: Connection, elapsed_s: float) -> str:
-    """The same in one line of key=value, for logs and pipes."""
+    """The state in one line of key=value, for logs and pipes."""
     now_s, kite, statistics = connection.clock(), state.kite, connection.statistics
     loss = statistics.loss(now_s)
     parts = [f"t={elapsed_s:.1f}", f"mode={state.mode_name}", f"armed={'yes' if state.armed else 'no'}"]
@@ -58,7 +58,7 @@ def _title(state: VehicleState, connection: Connection) -> str:
 
 
 def _warned(warnings: list[str], width: int) -> list[str]:
-    """The warnings, folded to the width; a line is kept free for them, so that the table stays in its place."""
+    """The warnings, wrapped; without any, a line that keeps the table in its place."""
     lines = [line for text in warnings
              for line in textwrap.wrap(text, max(width - 1, 20), initial_indent="! ", subsequent_indent="  ")]
     return lines[:_MOST_WARNED] or ["  all is well"]
@@ -119,7 +119,7 @@ def _quality(statistics: LinkStatistics, now_s: float) -> str:
 
 
 def _messages(session: Session) -> list[str]:
-    """What the vehicle and the links have said, newest first."""
+    """Messages of the vehicle and notices of the ground station, newest first."""
     now_s = session.connection.clock()
     said = [(text.time_s, f"{text.severity_name:<10}{text.text}") for text in session.state.texts]
     said += [(time_s, f"{'here':<10}{text}") for time_s, text in session.notices]
@@ -131,7 +131,7 @@ def _duration(seconds: float) -> str:
 
 
 def _silence_s(connection: Connection) -> float:
-    """How long ago the vehicle's last message came [s]; 0 before the first."""
+    """Time since the vehicle's last message [s]; 0 before the first."""
     return connection.silence_s(connection.statistics.last_s or connection.clock())
 
 

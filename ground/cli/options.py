@@ -1,4 +1,4 @@
-"""What the subcommands of kite-ground share: options, and their defaults."""
+"""Options that the verbs of kite-ground share, and their defaults."""
 
 import argparse
 import math
@@ -6,19 +6,20 @@ import time
 from collections.abc import Callable, Iterable
 
 from ground.errors import UsageError
+from ground.parameters.snapshot import SnapshotStore
 from ground.session import Session
 from kite_analysis.console.mistakes import closest
 
 DEFAULT_LINK = "udpin:127.0.0.1:14550"
 DEFAULTS = {"timeout": 10.0, "system": None, "wall_clock": time.time}
-_LEVELS = 3  # kite-ground, a command, a verb: each has --link, and keeps its own
+_LEVELS = 3  # kite-ground, its verbs, the verbs of `param`: each level has its own --link
 
 Connect = Callable[[], Session]
 Run = Callable[[argparse.Namespace, Connect], int]
 
 
 def common_options(level: int = 2) -> argparse.ArgumentParser:
-    """Options that may stand before or after the subcommand; `level` 0 to 2 is how deep this parser is."""
+    """Options allowed before or after the verb; `level` is the parser's depth, 0 to 2."""
     parser = argparse.ArgumentParser(add_help=False, argument_default=argparse.SUPPRESS)
     group = parser.add_argument_group("link")
     group.add_argument("--link", metavar="LINK", dest=f"link{level}", action="append",
@@ -32,27 +33,32 @@ def common_options(level: int = 2) -> argparse.ArgumentParser:
 
 
 def link_names(args: argparse.Namespace) -> list[str]:
-    """The links that were asked for, wherever --link stood."""
+    """The links given by --link, at any level."""
     names = [name for level in range(_LEVELS) for name in getattr(args, f"link{level}", [])]
     return names or [DEFAULT_LINK]
 
 
 def add_snapshot_option(parser: argparse.ArgumentParser) -> None:
-    """Where the snapshot of the parameters is kept."""
+    """Add --snapshot."""
     parser.add_argument("--snapshot", metavar="FILE", help="file of the snapshot that `param revert` restores "
                         "(default: one per kite, in the user's state folder)")
 
 
-def add_command(commands, name: str, run: Run, summary: str, examples: str) -> argparse.ArgumentParser:
-    """Add a subcommand with the common options; `examples` are lines to show below its help."""
-    parser = commands.add_parser(name, help=summary, description=summary[0].upper() + summary[1:] + ".",
-                                 epilog=f"example:\n{examples}", parents=[common_options()])
+def snapshot_store(args: argparse.Namespace, session: Session) -> SnapshotStore:
+    """The snapshot of the session's vehicle, in the file of --snapshot (for verbs that have it) or the default."""
+    return SnapshotStore(session.parameters, session.notice, getattr(args, "snapshot", None), args.wall_clock)
+
+
+def add_verb(verbs, name: str, run: Run, summary: str, examples: str) -> argparse.ArgumentParser:
+    """Add a verb with the common options; `examples` are lines below its help."""
+    parser = verbs.add_parser(name, help=summary, description=summary[0].upper() + summary[1:] + ".",
+                              epilog=f"example:\n{examples}", parents=[common_options()])
     parser.set_defaults(run=run)
     return parser
 
 
 def positive(text: str) -> float:
-    """A positive, finite number, as an argument type."""
+    """Argument type: a positive, finite number."""
     try:
         value = float(text)
     except ValueError:
@@ -63,7 +69,7 @@ def positive(text: str) -> float:
 
 
 def known_name(name: str, known: Iterable[str]) -> str:
-    """`name` in capitals. Raises UsageError, with the closest name, when it is not among the known ones."""
+    """`name` in upper case. Raises UsageError, with the closest name, if it is not known."""
     known = list(known)
     if name.upper() not in known:
         raise UsageError(f"no parameter is called {name!r}{closest(name.upper(), known)}")

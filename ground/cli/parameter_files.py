@@ -1,14 +1,14 @@
-"""kite-ground param save, savechanged and diff: the vehicle's parameters to a file, and against one."""
+"""kite-ground param save, savechanged and diff: writes parameters to a file, or compares with one."""
 
 import argparse
 from pathlib import Path
 
 from ground.cli.completion import complete_files
-from ground.cli.options import Connect, add_command, add_snapshot_option
+from ground.cli.options import Connect, add_snapshot_option, add_verb, snapshot_store
 from ground.cli.terminal import parameter_progress
 from ground.errors import UsageError
 from ground.parameters.file import STYLES, read_parameter_file, write_parameter_file
-from ground.parameters.snapshot import SnapshotKeeper, describe_age
+from ground.parameters.snapshot import describe_age
 from ground.parameters.view import Values, counted, differences, is_changed, width
 from protocol.contract import CONTRACT_HASH
 from protocol.parameter_table import load_parameters
@@ -16,21 +16,21 @@ from protocol.parameter_table import load_parameters
 SNAPSHOT = "snapshot"
 
 
-def add_parameter_file_commands(verbs) -> None:
-    """Add the subcommands of `param` that write a file, or compare with one."""
-    save = add_command(verbs, "save", save_parameters, "write all parameters to a file",
-                       "  kite-ground param save before.param\n"
-                       "  kite-ground param save before.params --format qgroundcontrol")
-    changed = add_command(verbs, "savechanged", save_changed, "write the parameters that are not at their default to a "
-                          "file", "  kite-ground param savechanged gains.param")
+def add_parameter_file_verbs(of_param) -> None:
+    """Add the verbs of `param` that write a file, or compare with one."""
+    save = add_verb(of_param, "save", save_parameters, "write all parameters to a file",
+                    "  kite-ground param save before.param\n"
+                    "  kite-ground param save before.params --format qgroundcontrol")
+    changed = add_verb(of_param, "savechanged", save_changed, "write the parameters that are not at their default to a "
+                       "file", "  kite-ground param savechanged gains.param")
     for parser in (save, changed):
         complete_files(parser.add_argument("file", metavar="FILE"))
         parser.add_argument("--format", choices=list(STYLES), default="mavproxy",
                             help="file format (default mavproxy)")
         parser.add_argument("--force", action="store_true", help="overwrite an existing file")
-    diff = add_command(verbs, "diff", show_difference, "show parameters that differ from a file, the defaults "
-                       "or the snapshot", "  kite-ground param diff before.param\n"
-                       "  kite-ground param diff --to-snapshot")
+    diff = add_verb(of_param, "diff", show_difference, "show parameters that differ from a file, the defaults "
+                    "or the snapshot", "  kite-ground param diff before.param\n"
+                    "  kite-ground param diff --to-snapshot")
     complete_files(diff.add_argument("file", metavar="FILE", nargs="?", help="parameter file (default: compare with "
                                                                              "the defaults)"))
     diff.add_argument("--to-snapshot", action="store_true", help="compare with the snapshot, which `param revert` "
@@ -39,17 +39,17 @@ def add_parameter_file_commands(verbs) -> None:
 
 
 def save_parameters(args: argparse.Namespace, connect: Connect) -> int:
-    """param save."""
+    """kite-ground param save."""
     return _save(args, connect, changed_only=False)
 
 
 def save_changed(args: argparse.Namespace, connect: Connect) -> int:
-    """param savechanged."""
+    """kite-ground param savechanged."""
     return _save(args, connect, changed_only=True)
 
 
 def show_difference(args: argparse.Namespace, connect: Connect) -> int:
-    """param diff. Sets nothing, and takes no snapshot."""
+    """kite-ground param diff. Sets nothing, and takes no snapshot."""
     table = load_parameters()
     if args.file and args.to_snapshot:
         raise UsageError("param diff: give FILE or --to-snapshot, not both")
@@ -59,10 +59,10 @@ def show_difference(args: argparse.Namespace, connect: Connect) -> int:
     with connect() as session:
         session.check_contract()
         if args.to_snapshot:
-            keeper = SnapshotKeeper(session, args.snapshot, args.wall_clock)
-            snapshot = keeper.find()
+            snapshots = snapshot_store(args, session)
+            snapshot = snapshots.find()
             if snapshot is None:
-                raise UsageError(f"no snapshot of this flight: {keeper.path} does not exist, or is from before the "
+                raise UsageError(f"no snapshot of this flight: {snapshots.path} does not exist, or is from before the "
                                  "kite was started")
             print(f"snapshot of {describe_age(snapshot, args.wall_clock())}")
             other, heading = snapshot.values, SNAPSHOT
@@ -72,7 +72,7 @@ def show_difference(args: argparse.Namespace, connect: Connect) -> int:
 
 
 def show_differences(values: Values, wanted: Values, heading: str) -> None:
-    """Print `wanted` against the vehicle's `values`."""
+    """Print `wanted` next to the vehicle's `values`."""
     if not wanted:
         print(f"no difference between the kite and {heading}")
         return
@@ -82,7 +82,7 @@ def show_differences(values: Values, wanted: Values, heading: str) -> None:
 
 
 def _save(args: argparse.Namespace, connect: Connect, changed_only: bool) -> int:
-    """Only what the vehicle has said is written, and only once it has said all of it."""
+    """Write only values reported by the vehicle, and only if all have been."""
     if Path(args.file).exists() and not args.force:
         raise UsageError(f"{args.file}: already exists: give another name, or --force to overwrite it")
     with connect() as session:

@@ -1,33 +1,33 @@
-"""kite-ground param load, revert and snapshot: many parameters set at once, after a look at what will change."""
+"""kite-ground param load, revert and snapshot: sets many parameters, after showing what will change."""
 
 import argparse
 from pathlib import Path
 
 from ground.cli.completion import complete_files, complete_names
-from ground.cli.options import Connect, add_command, add_snapshot_option, known_name
+from ground.cli.options import Connect, add_snapshot_option, add_verb, known_name, snapshot_store
 from ground.cli.parameter_files import SNAPSHOT, show_differences
 from ground.cli.terminal import confirm, parameter_progress, tell
 from ground.errors import NoAnswerError, UsageError, VehicleError
 from ground.parameters.changes import Change, ChangeState, count_states
 from ground.parameters.check import CheckedFile
 from ground.parameters.file import format_value
-from ground.parameters.snapshot import SnapshotKeeper, describe_age
+from ground.parameters.snapshot import describe_age
 from ground.parameters.view import Values, counted
 from ground.session import Session
 from protocol.parameter_table import load_parameters
 
 
-def add_parameter_load_commands(verbs) -> None:
-    """Add the subcommands of `param` that set many parameters."""
-    load = add_command(verbs, "load", load_file, "set the parameters that differ from a file (MAVProxy, "
-                       "Mission Planner, QGroundControl)", "  kite-ground param load before.param")
+def add_parameter_load_verbs(of_param) -> None:
+    """Add the verbs of `param` that set many parameters."""
+    load = add_verb(of_param, "load", load_file, "set the parameters that differ from a file (MAVProxy, "
+                    "Mission Planner, QGroundControl)", "  kite-ground param load before.param")
     complete_files(load.add_argument("file", metavar="FILE"))
     load.add_argument("--rest", action="store_true", help="if some lines cannot be sent, send the others")
-    back = add_command(verbs, "revert", revert, "restore the parameters as they were when this flight began",
-                       "  kite-ground param revert\n  kite-ground param revert INNER_P OUTER_L")
+    back = add_verb(of_param, "revert", revert, "restore the parameters as they were when this flight began",
+                    "  kite-ground param revert\n  kite-ground param revert INNER_P OUTER_L")
     complete_names(back.add_argument("name", metavar="NAME", nargs="*", help="only these (default: all)"))
-    mark = add_command(verbs, "snapshot", take_snapshot, "take the present values as the snapshot "
-                       "that `param revert` restores", "  kite-ground param snapshot")
+    mark = add_verb(of_param, "snapshot", take_snapshot, "take the present values as the snapshot "
+                    "that `param revert` restores", "  kite-ground param snapshot")
     for parser in (load, back):
         parser.add_argument("--yes", action="store_true", help="do not ask for confirmation")
     for parser in (load, back, mark):
@@ -35,11 +35,11 @@ def add_parameter_load_commands(verbs) -> None:
 
 
 def load_file(args: argparse.Namespace, connect: Connect) -> int:
-    """param load."""
+    """kite-ground param load."""
     table = load_parameters()
     file = CheckedFile(args.file, table)
     if file.problems and not args.rest:
-        file.match(table, "no parameter is called")  # without asking the vehicle: every bad line is to be named
+        file.match(table, "no parameter is called")  # by the table: name every bad line before connecting
         _refuse(file, args)
     with connect() as session:
         session.check_contract()
@@ -48,20 +48,20 @@ def load_file(args: argparse.Namespace, connect: Connect) -> int:
         _refuse(file, args)
         for problem in file.problems:
             tell(f"{problem}; skipped")
-        keeper = SnapshotKeeper(session, args.snapshot, args.wall_clock)
-        keeper.complete(values)
+        snapshots = snapshot_store(args, session)
+        snapshots.complete(values)
         return _settle(args, session, values, file.wanted, Path(args.file).name)
 
 
 def revert(args: argparse.Namespace, connect: Connect) -> int:
-    """param revert."""
+    """kite-ground param revert."""
     names = [known_name(name, load_parameters()) for name in args.name]
     with connect() as session:
         session.check_contract()
-        keeper = SnapshotKeeper(session, args.snapshot, args.wall_clock)
-        snapshot = keeper.find()
+        snapshots = snapshot_store(args, session)
+        snapshot = snapshots.find()
         if snapshot is None:
-            earlier = f"; the one in {keeper.path} is from before that" if keeper.path.exists() else ""
+            earlier = f"; the one in {snapshots.path} is from before that" if snapshots.path.exists() else ""
             raise UsageError("nothing to restore: no parameter was changed from this computer since the kite was "
                              f"started{earlier}")
         if missing := [name for name in names if name not in snapshot.values]:
@@ -74,16 +74,16 @@ def revert(args: argparse.Namespace, connect: Connect) -> int:
 
 
 def take_snapshot(args: argparse.Namespace, connect: Connect) -> int:
-    """param snapshot."""
+    """kite-ground param snapshot."""
     with connect() as session:
-        keeper = SnapshotKeeper(session, args.snapshot, args.wall_clock)
-        values = keeper.renew(parameter_progress())
-    print(f"{counted(len(values))} kept in {keeper.path}; `kite-ground param revert` restores them")
+        snapshots = snapshot_store(args, session)
+        values = snapshots.renew(parameter_progress())
+    print(f"{counted(len(values))} kept in {snapshots.path}; `kite-ground param revert` restores them")
     return 0
 
 
 def _refuse(file: CheckedFile, args: argparse.Namespace) -> None:
-    """Send nothing where something is wrong, unless the user has said to send the rest."""
+    """Raise UsageError if the file has problems, unless --rest was given."""
     problems = file.problems
     if not problems or args.rest:
         return
@@ -94,7 +94,7 @@ def _refuse(file: CheckedFile, args: argparse.Namespace) -> None:
 
 
 def _settle(args: argparse.Namespace, session: Session, values: Values, other: Values, heading: str) -> int:
-    """Show what differs, ask, and set it."""
+    """Show the differences, ask, and set them."""
     table = load_parameters()
     wanted = {name: value for name, value in other.items() if value != values[name]}
     show_differences(values, wanted, heading)
@@ -111,7 +111,7 @@ def _settle(args: argparse.Namespace, session: Session, values: Values, other: V
 
 
 def _set_all(session: Session, changes: list[Change]) -> int:
-    """Set each; a refusal does not stop the others, a vehicle that has fallen silent does."""
+    """Set each; a refusal does not stop the others, a silent vehicle does."""
     parameters = session.parameters
     try:
         parameters.write(changes, _tell_acknowledged)

@@ -1,4 +1,4 @@
-"""kite-ground param: show, get, set and watch, and the subcommands that take a file."""
+"""kite-ground param: show, get, set and watch, and the verbs that take a file."""
 
 import argparse
 import contextlib
@@ -8,18 +8,19 @@ import json
 from ground.cli.completion import complete_names
 from ground.cli.options import (
     Connect,
-    add_command,
     add_snapshot_option,
+    add_verb,
     common_options,
     known_name,
     positive,
+    snapshot_store,
 )
-from ground.cli.parameter_files import add_parameter_file_commands
-from ground.cli.parameter_load import add_parameter_load_commands
+from ground.cli.parameter_files import add_parameter_file_verbs
+from ground.cli.parameter_load import add_parameter_load_verbs
 from ground.cli.terminal import parameter_progress, tell
 from ground.errors import GroundError, UsageError
 from ground.parameters.file import format_value, parse_number
-from ground.parameters.snapshot import SnapshotKeeper
+from ground.parameters.snapshot import SnapshotStore
 from ground.parameters.view import Values, facts, is_changed, row, sheet, width
 from ground.parameters.watch import watch
 from ground.session import Session
@@ -27,30 +28,30 @@ from kite_analysis.console.mistakes import closest
 from protocol.parameter_table import load_parameters
 
 
-def add_parameter_commands(commands) -> None:
-    """Add `param` and its subcommands."""
-    group = commands.add_parser("param", help="show, set, save and load parameters", parents=[common_options(1)],
-                                description="Show, set, save and load the kite's parameters.")
-    verbs = group.add_subparsers(dest="verb", required=True, metavar="VERB")
-    show = add_command(verbs, "show", show_parameters, "list parameters; * marks those not at their default",
-                       "  kite-ground param show 'EIGHT_*'")
+def add_parameter_verbs(verbs) -> None:
+    """Add `param` and its verbs."""
+    group = verbs.add_parser("param", help="show, set, save and load parameters", parents=[common_options(1)],
+                             description="Show, set, save and load the kite's parameters.")
+    of_param = group.add_subparsers(dest="param_verb", required=True, metavar="VERB")
+    show = add_verb(of_param, "show", show_parameters, "list parameters; * marks those not at their default",
+                    "  kite-ground param show 'EIGHT_*'")
     complete_names(show.add_argument("pattern", nargs="*", metavar="PATTERN",
                                      help="names, with * and ? (default: all)"))
     show.add_argument("--changed", action="store_true", help="only those that are not at their default")
-    get = add_command(verbs, "get", get_parameter, "show one parameter and what it means",
-                      "  kite-ground param get INNER_P")
+    get = add_verb(of_param, "get", get_parameter, "show one parameter and what it means",
+                   "  kite-ground param get INNER_P")
     complete_names(get.add_argument("name", metavar="NAME"))
     for parser in (show, get):
         parser.add_argument("--json", action="store_true", help="print JSON for a script")
-    put = add_command(verbs, "set", set_parameter, "set one parameter, and wait until the kite acknowledges it",
-                      "  kite-ground param set INNER_P 1.8")
+    put = add_verb(of_param, "set", set_parameter, "set one parameter, and wait until the kite acknowledges it",
+                   "  kite-ground param set INNER_P 1.8")
     complete_names(put.add_argument("name", metavar="NAME"))
     put.add_argument("value", metavar="VALUE")
     add_snapshot_option(put)
-    add_parameter_file_commands(verbs)
-    add_parameter_load_commands(verbs)
-    look = add_command(verbs, "watch", watch_parameters, "print each parameter change, from any ground station",
-                       "  kite-ground param watch 'INNER_*' OUTER_L")
+    add_parameter_file_verbs(of_param)
+    add_parameter_load_verbs(of_param)
+    look = add_verb(of_param, "watch", watch_parameters, "print each parameter change, from any ground station",
+                    "  kite-ground param watch 'INNER_*' OUTER_L")
     complete_names(look.add_argument("pattern", nargs="*", metavar="PATTERN",
                                      help="names, with * and ? (default: all)"))
     look.add_argument("--every", type=positive, metavar="S", default=5.0,
@@ -59,7 +60,7 @@ def add_parameter_commands(commands) -> None:
 
 
 def show_parameters(args: argparse.Namespace, connect: Connect) -> int:
-    """param show."""
+    """kite-ground param show."""
     table = load_parameters()
     with connect() as session:
         session.check_contract()
@@ -79,7 +80,7 @@ def show_parameters(args: argparse.Namespace, connect: Connect) -> int:
 
 
 def get_parameter(args: argparse.Namespace, connect: Connect) -> int:
-    """param get."""
+    """kite-ground param get."""
     name = known_name(args.name, load_parameters())
     with connect() as session:
         session.check_contract()
@@ -91,7 +92,7 @@ def get_parameter(args: argparse.Namespace, connect: Connect) -> int:
 
 
 def set_parameter(args: argparse.Namespace, connect: Connect) -> int:
-    """param set."""
+    """kite-ground param set."""
     name = known_name(args.name, load_parameters())
     try:
         value = parse_number(args.value)
@@ -99,37 +100,38 @@ def set_parameter(args: argparse.Namespace, connect: Connect) -> int:
         raise UsageError(f"{name}: {error}") from None
     with connect() as session:
         session.check_contract()
-        keeper = SnapshotKeeper(session, args.snapshot, args.wall_clock)
-        kept = _protect(session, keeper, name)
+        snapshots = snapshot_store(args, session)
+        kept = _protect(session, snapshots, name)
         written = session.parameters.set(name, value)
         unit = load_parameters()[name].unit
         print(f"{name} = {format_value(written)} {unit}".rstrip() + ", acknowledged by the kite", flush=True)
         if kept:
-            keeper.finish(parameter_progress())
+            snapshots.finish(parameter_progress())
     return 0
 
 
 def watch_parameters(args: argparse.Namespace, connect: Connect) -> int:
-    """param watch."""
+    """kite-ground param watch."""
     with connect() as session, contextlib.suppress(KeyboardInterrupt):
         session.check_contract()
         values = session.parameters.fetch_all(parameter_progress())
         chosen = _matching(values, args.pattern)
         for name, value in chosen.items():
             print(row(name, load_parameters().get(name), value), flush=True)
-        watch(session, chosen, args.every, args.duration or float("inf"), lambda text: print(text, flush=True))
+        watch(session.connection, chosen, args.every, args.duration or float("inf"),
+              lambda text: print(text, flush=True))
     return 0
 
 
-def _protect(session: Session, keeper: SnapshotKeeper, name: str) -> bool:
-    """Whether `name` is in the snapshot; a disk that is full keeps nobody from setting a gain in flight."""
+def _protect(session: Session, snapshots: SnapshotStore, name: str) -> bool:
+    """Save `name` in the snapshot; return whether that worked. A full disk must not prevent a gain change in flight."""
     try:
-        keeper.protect(name)
+        snapshots.protect(name)
     except UsageError as error:
         session.notice(f"warning: no snapshot: {error}")
         return False
     except GroundError:
-        return False  # what is to be set may be set all the same; its own answer will tell
+        return False  # the set itself may still succeed, and reports its own errors
     return True
 
 

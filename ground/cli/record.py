@@ -4,24 +4,24 @@ import argparse
 import contextlib
 
 from ground.cli.completion import complete_files
-from ground.cli.options import Connect, add_command, positive
+from ground.cli.options import Connect, add_verb, positive
 from ground.cli.terminal import parameter_progress, tell
 from ground.errors import VehicleError
 from ground.logs.recorder import Recorder
 from ground.session import Session
 
 
-def add_record_command(commands) -> None:
+def add_record_verb(verbs) -> None:
     """Add `record`."""
-    log = add_command(commands, "record", record, "record everything received to a .tlog until Ctrl-C; reads "
-                      "all parameters first, so that the log has them", "  kite-ground record flight.tlog")
+    log = add_verb(verbs, "record", record, "record everything received to a .tlog until Ctrl-C; reads "
+                   "all parameters first, so that the log has them", "  kite-ground record flight.tlog")
     complete_files(log.add_argument("file", metavar="FILE.tlog"))
     log.add_argument("--duration", type=positive, metavar="S", help="stop after this many seconds")
     log.add_argument("--force", action="store_true", help="overwrite an existing file")
 
 
 def record(args: argparse.Namespace, connect: Connect) -> int:
-    """record."""
+    """kite-ground record."""
     with connect() as session:
         offset_s = args.wall_clock() - session.connection.clock()
         with Recorder(session.connection, args.file, offset_s, args.force) as recorder:
@@ -39,7 +39,7 @@ def record(args: argparse.Namespace, connect: Connect) -> int:
 
 
 def _ask_for_parameters(session: Session) -> None:
-    """So that the log has them; what does not come is no reason not to record."""
+    """Request all parameters, so that the log has them; record even if some do not arrive."""
     try:
         session.parameters.fetch_all(parameter_progress())
     except VehicleError as error:

@@ -1,4 +1,4 @@
-"""Talking with the person at the terminal: a question, and how far a long fetch has come."""
+"""Dialogue with the user: a question, a remark, the progress of a long fetch."""
 
 import select
 import sys
@@ -10,7 +10,7 @@ _LOOK_S = 0.1
 
 
 def confirm(session: Session, question: str) -> bool:
-    """Ask on stderr, and serve the link until the answer is there: a kite that misses its ground station may park."""
+    """Ask on stderr, and serve the link until the answer: a kite that misses its ground station may park."""
     print(f"{question} [y/N] ", end="", file=sys.stderr, flush=True)
     while not _input_is_ready():
         session.connection.poll(_LOOK_S)
@@ -21,12 +21,12 @@ def confirm(session: Session, question: str) -> bool:
 
 
 def tell(text: str) -> None:
-    """A remark that is no result, on stderr."""
+    """Print a remark on stderr, apart from results."""
     print(text, file=sys.stderr, flush=True)
 
 
 def parameter_progress() -> Progress | None:
-    """Shows "n of total" on a terminal's stderr while parameters load, and wipes it out at the end."""
+    """A callback that shows "n of total" on stderr while parameters load; None if that is not a terminal."""
     if not sys.stderr.isatty():
         return None
 
@@ -41,4 +41,4 @@ def _input_is_ready() -> bool:
     try:
         return bool(select.select([sys.stdin], [], [], 0.0)[0])
     except (OSError, ValueError):
-        return True  # not to be waited for here (Windows, or no real file): just read it
+        return True  # cannot be waited for (Windows, or not a file): just read

@@ -1,4 +1,4 @@
-"""kite-ground tune: the delay in the loop, what gains it allows, and what a change of one does to the flight."""
+"""kite-ground tune: the delay in the loop, the gains that it allows, and the effect of a gain change on the flight."""
 
 import argparse
 import json
@@ -7,11 +7,11 @@ import re
 from collections.abc import Callable
 
 from ground.cli.identify import identify_and_set
-from ground.cli.options import Connect, add_command, add_snapshot_option, positive
+from ground.cli.options import Connect, add_snapshot_option, add_verb, positive, snapshot_store
 from ground.cli.terminal import confirm, tell
 from ground.errors import GroundError, UsageError
 from ground.parameters.file import format_value
-from ground.parameters.snapshot import SnapshotKeeper
+from ground.parameters.snapshot import SnapshotStore
 from ground.session import Session
 from ground.tuning import gain_advice
 from ground.tuning.flown_law import FlownAdvice, advise_on, describe_flown, flown_as_dictionary, read_law
@@ -28,27 +28,27 @@ from ground.tuning.trial import Trial
 from ground.vehicle.history import StateHistory
 
 _SPEED_OPTION = "--speed-over-length"
-_POSITION_WAIT_S = 2.0  # for telemetry that comes once a second or so
-_LEAST_DELAY_S = 1e-3  # less than this is none: every gain would do
+_POSITION_WAIT_S = 2.0  # for telemetry at about 1 Hz
+_LEAST_DELAY_S = 1e-3  # without delay, every gain would do
 _GLANCE_S = 5.0
 
 
-def add_tune_command(commands) -> None:
+def add_tune_verb(verbs) -> None:
     """Add `tune`."""
-    gain = add_command(commands, "tune", tune, f"measure the loop delay in flight, show what {GAIN_NAME} it "
-                       "allows under the present control law, and set it or try a step",
-                       "  kite-ground tune\n  kite-ground tune --step +10%\n"
-                       "  kite-ground tune --delay 0.2\n  kite-ground tune --identify\n\n"
-                       "In TRACK, a new value is flown and compared with the flight before. It stays only if you\n"
-                       "confirm it (with --yes: if the cross-track error did not grow). Otherwise, and after Ctrl-C,\n"
-                       "a lost link or any error, the old value is restored.")
+    gain = add_verb(verbs, "tune", tune, f"measure the loop delay in flight, show what {GAIN_NAME} it "
+                    "allows under the present control law, and set it or try a step",
+                    "  kite-ground tune\n  kite-ground tune --step +10%\n"
+                    "  kite-ground tune --delay 0.2\n  kite-ground tune --identify\n\n"
+                    "In TRACK, a new value is flown and compared with the flight before. It stays only if you\n"
+                    "confirm it (with --yes: if the cross-track error did not grow). Otherwise, and after Ctrl-C,\n"
+                    "a lost link or any error, the old value is restored.")
     gain.add_argument("--delay", type=positive, metavar="S", help="dead time tau of links and actuator together, "
                       "without sampling, in seconds (default: as measured)")
     gain.add_argument("--seconds", type=positive, metavar="S", default=DELAY_MEASURE_S,
                       help=f"measure the delay for this many seconds (default {DELAY_MEASURE_S:g})")
     gain.add_argument("--step", type=_step, metavar="P%", help=f"change {GAIN_NAME} by this percentage, such as +10%% "
                       "or -5%%, in TRACK, and compare the flight before and after")
-    gain._negative_number_matcher = re.compile(r"^-[\d.]+ ?%?$")  # or -5% is taken for an option
+    gain._negative_number_matcher = re.compile(r"^-[\d.]+ ?%?$")  # otherwise -5% counts as an option
     gain.add_argument("--duration", type=positive, metavar="S", help="measure before and after a change for this many "
                       "seconds (default: two rounds of the eight)")
     gain.add_argument("--identify", action="store_true", help="identify K, gravity and the delay, with uncertainty, "
@@ -63,13 +63,13 @@ def add_tune_command(commands) -> None:
 
 
 def tune(args: argparse.Namespace, connect: Connect) -> int:
-    """tune."""
+    """kite-ground tune."""
     with connect() as session:
         session.check_contract()
         history = StateHistory()
         session.connection.add_observer(history.observe)
         if args.identify:
-            _snapshot(args, session, lambda keeper: keeper.finish())
+            _snapshot(args, session, lambda snapshots: snapshots.finish())
             return identify_and_set(args, session, history)
         flight = TuningFlight(session, history)
         report = None if args.delay else _measure(args, session, flight)
@@ -77,7 +77,7 @@ def tune(args: argparse.Namespace, connect: Connect) -> int:
         new = _wanted(args, session, advice, found)
         result, written = None, False
         if new is not None:
-            _snapshot(args, session, lambda keeper: keeper.protect(GAIN_NAME))
+            _snapshot(args, session, lambda snapshots: snapshots.protect(GAIN_NAME))
             with Trial(session, tell) as trial:
                 if args.step or (found.law.eight and not found.urgent):
                     result = flight.step(trial, GAIN_NAME, new, advice.loop_delay_s, args.duration, _teller(args))
@@ -87,7 +87,7 @@ def tune(args: argparse.Namespace, connect: Connect) -> int:
                     written = True
                 if written:
                     trial.keep()
-            _snapshot(args, session, lambda keeper: keeper.finish())
+            _snapshot(args, session, lambda snapshots: snapshots.finish())
     if args.json:
         print(json.dumps({**gain_advice.as_dictionary(advice), **_decision(found), "measured": report and
                           delay_as_dictionary(report), "step": result and _step_as_dictionary(result),
@@ -99,7 +99,7 @@ def tune(args: argparse.Namespace, connect: Connect) -> int:
 
 
 def _measure(args: argparse.Namespace, session: Session, flight: TuningFlight) -> DelayReport:
-    """The delay in the loop from the flight itself. Raises UsageError where nothing tells it, PRED_DELAY neither."""
+    """Measure the loop delay in flight. Raises UsageError if it is not found, and PRED_DELAY is not set either."""
     _teller(args)(f"measuring the delay for {args.seconds:g} s of flight")
     report = flight.measure_delay(args.seconds)
     if not args.json:
@@ -144,7 +144,7 @@ def _advise(args: argparse.Namespace, session: Session, flight: TuningFlight,
 
 
 def _wanted(args: argparse.Namespace, session: Session, advice: GainAdvice, found: FlownAdvice) -> float | None:
-    """The gain to try, if there is one, it is safe, and the user agrees."""
+    """The gain to try, if there is a safe one and the user agrees."""
     if args.step:
         new = advice.present * args.step
         if found.law.scheduled:
@@ -167,7 +167,7 @@ def _wanted(args: argparse.Namespace, session: Session, advice: GainAdvice, foun
 
 
 def _keep(args: argparse.Namespace, session: Session, result: StepResult) -> bool:
-    """Show what the change did; whether it stays."""
+    """Show the effect; return whether the new value stays."""
     if not args.json:
         print("\n".join(effect_lines(result)), flush=True)
     if result.diverged:
@@ -178,14 +178,14 @@ def _keep(args: argparse.Namespace, session: Session, result: StepResult) -> boo
 
 
 def _verdict(found: FlownAdvice, advice: GainAdvice) -> str:
-    """Where nothing is followed, fed forward or predicted, the paper's words; else those for what is flown."""
+    """The paper's verdict for the plain law off the eight, else that for the law in use."""
     law = found.law
     plain = not (law.eight or law.feed_forward or law.predicted_s)
     return gain_advice.verdict(advice, advice.present) if plain else found.verdict
 
 
 def _decision(found: FlownAdvice) -> dict[str, object]:
-    """What takes the place of the paper's decision, for a script."""
+    """Entries that replace the paper's decision, for scripts."""
     law = found.law
     if not (law.eight or law.feed_forward or law.predicted_s):
         return {"proposal": found.proposal, "flown": flown_as_dictionary(found)}
@@ -197,10 +197,10 @@ def _teller(args: argparse.Namespace) -> Callable[[str], None]:
     return (lambda text: None) if args.json else tell
 
 
-def _snapshot(args: argparse.Namespace, session: Session, action: Callable[[SnapshotKeeper], object]) -> None:
-    """Do something about the snapshot; where it cannot be kept, that is said, and no more."""
+def _snapshot(args: argparse.Namespace, session: Session, action: Callable[[SnapshotStore], object]) -> None:
+    """Run `action` on the snapshot; only warn if it cannot be kept."""
     try:
-        action(SnapshotKeeper(session, args.snapshot, args.wall_clock))
+        action(snapshot_store(args, session))
     except GroundError as error:
         session.notice(f"warning: no snapshot: {error}")
 

@@ -5,38 +5,37 @@ import contextlib
 import sys
 
 from ground.cli.monitor import monitor
-from ground.cli.options import Connect, add_command, positive
+from ground.cli.options import Connect, add_verb, positive, snapshot_store
 from ground.cli.terminal import parameter_progress, tell
 from ground.errors import GroundError
-from ground.parameters.snapshot import SnapshotKeeper
 from ground.session import Session
 from protocol.modes import MODE_NAMES
 
 
-def add_vehicle_commands(commands) -> None:
-    """Add the subcommands that watch and command the vehicle."""
-    watch = add_command(commands, "monitor", show_monitor, "watch the kite live: a table in a terminal, one line a "
-                        "second in a pipe", "  kite-ground monitor\n"
-                        "  kite-ground --link serial:/dev/ttyACM0:115200 monitor")
+def add_vehicle_verbs(verbs) -> None:
+    """Add the verbs that watch the vehicle and send it commands."""
+    watch = add_verb(verbs, "monitor", show_monitor, "watch the kite live: a table in a terminal, one line a "
+                     "second in a pipe", "  kite-ground monitor\n"
+                     "  kite-ground --link serial:/dev/ttyACM0:115200 monitor")
     watch.add_argument("--duration", type=positive, metavar="S", help="stop after this many seconds")
-    mode = add_command(commands, "mode", change_mode, "show the mode, or change it and wait until the kite reports it",
-                       "  kite-ground mode track")
+    mode = add_verb(verbs, "mode", change_mode, "show the mode, or change it and wait until the kite reports it",
+                    "  kite-ground mode track")
     mode.add_argument("mode", nargs="?", type=str.lower, metavar="MODE",
                       choices=[name.lower() for name in MODE_NAMES.values()],
                       help=", ".join(name.lower() for name in MODE_NAMES.values()))
-    add_command(commands, "arm", arm, "arm, and wait until the kite is armed", "  kite-ground arm")
-    add_command(commands, "disarm", disarm, "disarm, and wait until the kite is disarmed", "  kite-ground disarm")
+    add_verb(verbs, "arm", arm, "arm, and wait until the kite is armed", "  kite-ground arm")
+    add_verb(verbs, "disarm", disarm, "disarm, and wait until the kite is disarmed", "  kite-ground disarm")
 
 
 def show_monitor(args: argparse.Namespace, connect: Connect) -> int:
-    """monitor."""
+    """kite-ground monitor."""
     with connect() as session, contextlib.suppress(KeyboardInterrupt):
         monitor(session, sys.stdout, args.duration)
     return 0
 
 
 def change_mode(args: argparse.Namespace, connect: Connect) -> int:
-    """mode."""
+    """kite-ground mode."""
     with connect() as session:
         if args.mode is not None:
             session.commander.set_mode(next(value for value, name in MODE_NAMES.items() if name.lower() == args.mode))
@@ -45,7 +44,7 @@ def change_mode(args: argparse.Namespace, connect: Connect) -> int:
 
 
 def arm(args: argparse.Namespace, connect: Connect) -> int:
-    """arm."""
+    """kite-ground arm."""
     with connect() as session:
         was_armed = session.state.armed
         session.commander.arm()
@@ -56,7 +55,7 @@ def arm(args: argparse.Namespace, connect: Connect) -> int:
 
 
 def disarm(args: argparse.Namespace, connect: Connect) -> int:
-    """disarm."""
+    """kite-ground disarm."""
     with connect() as session:
         session.commander.disarm()
         print(f"mode {_state(session)}")
@@ -64,9 +63,9 @@ def disarm(args: argparse.Namespace, connect: Connect) -> int:
 
 
 def _begin_flight(args: argparse.Namespace, session: Session) -> None:
-    """Keep the parameters as they are now for `param revert`: the kite is armed, whatever becomes of this."""
+    """Save the present parameters for `param revert`. The kite is armed even if this fails."""
     try:
-        SnapshotKeeper(session, None, args.wall_clock).renew(parameter_progress())
+        snapshot_store(args, session).renew(parameter_progress())
     except GroundError as error:
         tell(f"warning: no snapshot of this flight's parameters: {error}")
 

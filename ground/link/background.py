@@ -1,4 +1,4 @@
-"""Keeps a connection alive while nobody waits on it: the kite hears our heartbeat, and nothing it says is lost."""
+"""Serves a connection between calls, so that the kite hears our heartbeat and no message is missed."""
 
 import contextlib
 import threading
@@ -11,9 +11,9 @@ _GIVE_WAY_S = 0.002
 
 
 class Background:
-    """Serves `connection` in a thread of its own, except while a caller is `held`. Without `start`, it does nothing.
+    """Serves `connection` in a thread, except while a caller has it `held`. Does nothing until `start`.
 
-    An error in the thread ends it, and is raised to the next caller.
+    An error in the thread ends it, and is raised in the next caller.
     """
 
     def __init__(self, connection: Connection) -> None:
@@ -26,21 +26,21 @@ class Background:
         self._thread: threading.Thread | None = None
 
     def start(self) -> None:
-        """Begin to serve."""
+        """Start the thread."""
         self._thread = threading.Thread(target=self._serve, name="ground station", daemon=True)
         self._thread.start()
 
     def stop(self) -> None:
-        """Serve no longer. May be called twice, and from within the thread."""
+        """Stop the thread. May be called twice, and from within it."""
         self._over.set()
         if self._thread and self._thread is not threading.current_thread():
             self._thread.join()
 
     @contextlib.contextmanager
     def held(self) -> Iterator[None]:
-        """The connection is the caller's alone; may be nested."""
+        """Have the connection to oneself; may be nested."""
         with self._counting:
-            self._callers += 1  # the thread gives way at once
+            self._callers += 1  # the thread lets go at once
         try:
             with self._lock:
                 if self._error:
@@ -58,6 +58,6 @@ class Background:
             with self._lock:
                 try:
                     self._connection.poll(_SLICE_S)
-                except Exception as error:  # whatever it is, the user is to see it, and not a thread that is gone
+                except Exception as error:  # of any kind: the user must see it, not a thread that is gone
                     self._error = error
                     return

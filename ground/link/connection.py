@@ -1,4 +1,4 @@
-"""A MAVLink conversation with one vehicle over one or several links, on a clock that is handed in."""
+"""A MAVLink conversation with one vehicle over one or several links, on a given clock."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -15,53 +15,53 @@ Observer = Callable[[float, Message, bytes], None]
 
 GROUND_SYSTEM = 255
 GROUND_COMPONENT = dialect.MAV_COMP_ID_MISSIONPLANNER
-KITE_COMPONENT = dialect.MAV_COMP_ID_USER1  # KITE_STATE comes from here; from older firmware, from the autopilot
+KITE_COMPONENT = dialect.MAV_COMP_ID_USER1  # sends KITE_STATE (with older firmware, the autopilot does)
 HEARTBEAT_PERIOD_S = 1.0
-SILENCE_S = 10.0  # no message of any kind for so long: the link is down
+SILENCE_S = 10.0  # without any message for this long, the link is down
 _MOST_TIMINGS = 512
-_FRAMES_PER_SECOND = 40  # more than a station sends in the mean
-_QUICK, _SLOW_S = 4, 0.8  # so many attempts as fast as the link is, and the others no faster than this
-_OVERTAKEN = 10  # more than a link's jitter does: it came over a slower link
-_PRESENT = (  # what says how things are now: one that was overtaken so far says how they were
+_FRAMES_PER_SECOND = 40  # more than a station sends on average
+_QUICK, _SLOW_S = 4, 0.8  # this many attempts at the pace of the link, later ones at least this far apart
+_OVERTAKEN = 10  # by more messages than jitter explains: it came over a slower link
+_PRESENT = (  # messages that report a present state: one overtaken that far reports a past one
     dialect.MAVLink_heartbeat_message, dialect.MAVLink_kite_state_message, dialect.MAVLink_sys_status_message,
     dialect.MAVLink_local_position_ned_message, dialect.MAVLink_param_value_message)
 
 
 def is_of(sender: Address, vehicle: Address | None) -> bool:
-    """Whether `sender` is the vehicle: its autopilot, or the component of the same system that tells a kite's state.
+    """Whether `sender` is the vehicle: its autopilot, or the component of its system that sends KITE_STATE.
 
-    That has an id of its own, as ground stations that do not know KITE_STATE would otherwise miss its sequence numbers.
+    The latter has its own id, since ground stations that do not know KITE_STATE would otherwise count losses.
     """
     return vehicle is not None and sender in (vehicle, Address(vehicle.system, KITE_COMPONENT))
 
 
 class VehicleClock(NamedTuple):
-    """For how long the vehicle has been running [s], as it told when our clock showed `heard_s` [s]."""
+    """How long the vehicle had been running [s] when our clock showed `heard_s` [s]."""
 
     uptime_s: float
     heard_s: float
 
 
 class _Observing(NamedTuple):
-    """Who is called: for the vehicle's messages, or for everyone's."""
+    """An observer of the vehicle's messages, or of everyone's."""
 
     observer: Observer
     everyone: bool
 
 
 class Connection:
-    """Sends and receives messages, beats its heart, and keeps count of how well the links do.
+    """Sends and receives messages, sends heartbeats, and measures the quality of the links.
 
-    Everything happens inside `poll` and the two `wait` functions, which wait in `links.receive` only. The vehicle is
-    the first autopilot whose heartbeat is heard (`vehicle_system` narrows it down); until then requests go to system
-    1, component 1. A frame that comes over several links counts once.
+    Everything happens inside `poll` and the two `wait` functions, which wait only in `links.receive`. The vehicle is
+    the first autopilot whose heartbeat is heard (of system `vehicle_system`, if given); until then, requests go to
+    system 1, component 1. A frame that arrives over several links counts once.
     """
 
     def __init__(self, links: Links, vehicle_system: int | None = None) -> None:
         self.links = links
         self.clock: Clock = links.clock
         self.vehicle: Address | None = None
-        self.others: set[int] = set()  # systems that are autopilots too, but not the one wanted
+        self.others: set[int] = set()  # systems of other autopilots
         self.statistics = LinkStatistics()
         self.round_trip = RoundTrip()
         self.timing_period_s = HEARTBEAT_PERIOD_S  # how often the round trip is timed
@@ -70,16 +70,17 @@ class Connection:
         self._vehicle_system = vehicle_system
         self._renamed: int | None = None
         self._encoder = dialect.MAVLink(None, GROUND_SYSTEM, GROUND_COMPONENT)
-        # The vehicle tells late commands by their numbers: those of this command follow those of the one before it.
+        # The vehicle recognizes late commands by their sequence numbers: those of this process must follow those of the
+        # one before it.
         self._encoder.seq = int(self.clock() * _FRAMES_PER_SECOND) % 256
         self._first_copies = FirstCopies()
         self._observers: list[_Observing] = []
         self._next_heartbeat_s = self._next_timing_s = self.clock()
-        self._timings: dict[int, Question] = {}  # TIMESYNC on its way
+        self._timings: dict[int, Question] = {}  # TIMESYNC requests under way
 
     @property
     def target(self) -> Address:
-        """Whom requests go to."""
+        """Where requests are sent."""
         return self.vehicle or Address(self._vehicle_system or 1, dialect.MAV_COMP_ID_AUTOPILOT1)
 
     def add_observer(self, observer: Observer, everyone: bool = False) -> None:
@@ -87,20 +88,20 @@ class Connection:
         self._observers.append(_Observing(observer, everyone))
 
     def remove_observer(self, observer: Observer) -> None:
-        """Take back `add_observer`."""
+        """Undo `add_observer`."""
         self._observers = [entry for entry in self._observers if entry.observer != observer]
 
     def send(self, message: Message, everywhere: bool = False) -> None:
-        """Send one message over the links that hear the vehicle, or over all of them."""
+        """Send a message over the links on which the vehicle is heard, or `everywhere`."""
         self.links.send(message.pack(self._encoder), everywhere)
         self._encoder.seq = (self._encoder.seq + 1) % 256
 
     def expect_renamed(self, system: int | None) -> None:
-        """The vehicle was told to take another system id: when that is heard, it is the vehicle. None: it was not."""
+        """Follow the vehicle to its new id `system` once that is heard. None: it keeps its id."""
         self._renamed = system
 
     def poll(self, timeout_s: float) -> list[Message]:
-        """Wait up to `timeout_s` [s] for bytes, see to what is due, and return the vehicle's messages that came."""
+        """Send what is due, wait up to `timeout_s` [s] for bytes, and return the vehicle's new messages."""
         now_s = self.clock()
         if now_s >= self._next_heartbeat_s:
             self._next_heartbeat_s = now_s + HEARTBEAT_PERIOD_S
@@ -122,7 +123,7 @@ class Connection:
         return None
 
     def wait_until(self, condition: Callable[[], bool], timeout_s: float) -> bool:
-        """Whether `condition` (which observers change) came true within `timeout_s` [s]."""
+        """Wait up to `timeout_s` [s] until `condition`, which observers change, is true; return whether it is."""
         end_s = self.clock() + timeout_s
         while not condition():
             left_s = end_s - self.clock()
@@ -136,18 +137,18 @@ class Connection:
         return self.clock() - max(since_s, self.statistics.last_s or since_s)
 
     def patience_s(self, attempt: int) -> float:
-        """How long to wait for an answer to this attempt, counted from 0, before asking again [s].
+        """How long to wait for an answer to this attempt, counted from 0, before the next one [s].
 
-        After a few in vain there is more time, so that a short outage is outlived, and a full link not filled further.
+        Longer after a few attempts, to survive a short outage and not to fill a full link further.
         """
         wait_s = self.round_trip.timeout_s
         return wait_s if attempt < _QUICK else max(wait_s, _SLOW_S)
 
     def why_silent(self, since_s: float) -> str:
-        """How long was waited since `since_s` on the clock, why in vain as far as that is known, and what to try."""
+        """Why there is no answer, for a message: the time waited since `since_s`, the cause if known, what to try."""
         tried = f"no answer in {self.clock() - since_s:.0f} s"
         if self.silence_s(since_s) < SILENCE_S:
-            return (f"{tried}, though the kite is heard: commands do not reach it; "
+            return (f"{tried}, though the kite is heard: nothing sent reaches it; "
                     "move closer to it, or use another --link")
         if problems := [link.problem for link in self.links.all if link.problem]:
             return f"{tried}: the link is down ({'; '.join(problems)})"
@@ -172,7 +173,7 @@ class Connection:
         self.send(dialect.MAVLink_timesync_message(0, stamp))
 
     def _take(self, heard: Heard) -> bool:
-        """Pass a message on to whom it concerns; whether it is the vehicle's, and news."""
+        """Pass a message on to the observers; return whether it is the vehicle's, and new."""
         time_s, received = self.clock(), heard.received
         message, header, sender = received.message, received.header, received.header.sender
         if isinstance(message, dialect.MAVLink_heartbeat_message):
@@ -203,7 +204,7 @@ class Connection:
             self.others.add(sender.system)
         elif self.vehicle is None:
             self.vehicle = sender
-            self._next_heartbeat_s = self.clock()  # say hello, and time the first answer, at once
+            self._next_heartbeat_s = self.clock()  # send a heartbeat and time the first answer at once
 
     def _time(self, answer: dialect.MAVLink_timesync_message, time_s: float) -> None:
         if answer.tc1 and (question := self._timings.pop(answer.ts1, None)) is not None:

@@ -1,4 +1,4 @@
-"""Asks the vehicle which contract it was built with, and says so when it is not this ground station's."""
+"""Asks the vehicle which contract it was built with, and warns if it is not this ground station's."""
 
 from collections.abc import Callable
 
@@ -11,9 +11,9 @@ ATTEMPTS = 6
 
 
 class ContractCheck:
-    """Asks for AUTOPILOT_VERSION once a second while the connection is served, until it comes or ATTEMPTS are spent.
+    """Requests AUTOPILOT_VERSION once a second while the connection is served, ATTEMPTS times at most.
 
-    `warn` is called once, with one line, when the vehicle's contract is another one.
+    `warn` is called once, with one line, if the vehicle's contract differs.
     """
 
     def __init__(self, connection: Connection, warn: Callable[[str], None]) -> None:
@@ -25,7 +25,7 @@ class ContractCheck:
         connection.every_second.append(self._ask)
 
     def wait(self, timeout_s: float) -> bool:
-        """Whether the vehicle's contract came to be known within `timeout_s` [s]."""
+        """Wait up to `timeout_s` [s] for the vehicle's contract; return whether it is known."""
         return self._connection.wait_until(lambda: self.known, timeout_s)
 
     def _ask(self) -> None:

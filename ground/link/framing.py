@@ -1,4 +1,4 @@
-"""From a stream of bytes to MAVLink messages, whatever else is in the stream."""
+"""Finds MAVLink messages in a stream of bytes, whatever else it contains."""
 
 from collections.abc import Iterator
 from functools import cache
@@ -13,7 +13,7 @@ _MARKERS = (dialect.PROTOCOL_MARKER_V1, dialect.PROTOCOL_MARKER_V2)
 
 
 class Received(NamedTuple):
-    """One message with its texts made printable, its header, and the frame as it came."""
+    """One message with its texts made printable, its header, and the frame as received."""
 
     message: Message
     header: Header
@@ -21,14 +21,14 @@ class Received(NamedTuple):
 
 
 class FrameReader:
-    """Finds frames in bytes as they come. A bad one costs itself only: the search goes on a byte after its start."""
+    """Finds frames in bytes as they arrive. A bad frame costs only itself: the search resumes one byte on."""
 
     def __init__(self) -> None:
         self._decoder = dialect.MAVLink(None)
         self._buffer = bytearray()
 
     def feed(self, data: bytes) -> Iterator[Received]:
-        """Take in `data` and yield every message that is whole and checks out. Never raises."""
+        """Add `data`, and yield every message that is complete and passes its checksum. Never raises."""
         self._buffer += data
         while (start := self._find_marker()) is not None and len(self._buffer) - start >= 3:
             del self._buffer[:start]
@@ -41,12 +41,12 @@ class FrameReader:
                 break
             received = self._decode(self._buffer[:length])
             certain = received is not None and not isinstance(received.message, dialect.MAVLink_unknown)
-            del self._buffer[: length if certain else 1]  # an unknown message may be noise with a good one inside
+            del self._buffer[: length if certain else 1]  # an unknown message may be noise that contains a good one
             if received:
                 yield received
 
     def _find_marker(self) -> int | None:
-        """Where the next frame may start; drops everything when that is nowhere."""
+        """Where the next frame may start; drops everything if nowhere."""
         found = [at for at in (self._buffer.find(marker) for marker in _MARKERS) if at >= 0]
         if not found:
             self._buffer.clear()
@@ -64,18 +64,18 @@ class FrameReader:
         return Received(message, read_header(frame), bytes(frame))
 
     def _ends_cleanly(self, length: int) -> bool:
-        """Whether another frame, or nothing, follows: all there is to tell an unknown message from noise."""
+        """Whether a frame or nothing follows, the only way to tell an unknown message from noise."""
         return len(self._buffer) == length or self._buffer[length] in _MARKERS
 
 
 def make_printable(message: dialect.MAVLink_message) -> None:
-    """Replace in all texts and names of `message` what a terminal must not get. Its frame stays as it came."""
+    """Replace unprintable characters in all texts and names of `message`. Its frame stays as received."""
     for field in _text_fields(type(message)):
         setattr(message, field, _printable(getattr(message, field)))
 
 
 def _printable(text: str) -> str:
-    """`text` with a replacement character for each escape, line break or other character that is not seen."""
+    """`text` with a replacement character for each escape, line break or other unprintable character."""
     return text if text.isprintable() else "".join(letter if letter.isprintable() else _REPLACEMENT for letter in text)
 
 

@@ -1,4 +1,4 @@
-"""Several ways to one vehicle at a time, each of which is opened again by itself when it breaks."""
+"""Several links to one vehicle at a time; each is reopened automatically when it breaks."""
 
 import select
 import time
@@ -13,12 +13,12 @@ from ground.link.transports import LinkError, Transport, open_transport, parse_l
 Clock = Callable[[], float]
 
 RETRY_S = 1.0
-HEARS_S = 3.0  # a link on which the vehicle was heard so lately hears it
+HEARS_S = 3.0  # a link counts as hearing the vehicle for this long after its last message
 _SLICE_S = 0.01
 
 
 class Link:
-    """One way to the vehicle. `problem` says why it is not open; `statistics` counts what the vehicle sent over it."""
+    """One link to the vehicle. `problem` says why it is not open; `statistics` covers the vehicle's messages on it."""
 
     def __init__(self, name: str, opener: Callable[[], Transport]) -> None:
         self.name = name
@@ -29,13 +29,13 @@ class Link:
         self.reader = FrameReader()
         self.retry_s = float("-inf")
         self.opener = opener
-        self._vehicle_at: object = None  # whose heartbeats come from there,
-        self._vehicle_at_s = float("-inf")  # and when the last one did
+        self._vehicle_at: object = None  # the sender of the vehicle's heartbeats
+        self._vehicle_at_s = float("-inf")  # when the last one arrived from there
 
     def meet(self, now_s: float) -> None:
-        """The vehicle's heartbeat was in what was read last: what is sent goes where that came from.
+        """The data read last held the vehicle's heartbeat: send to that sender from now on.
 
-        Whoever else sends to our port, under the vehicle's id even, gets nothing while the first one is heard.
+        Another sender, even under the vehicle's id, gets nothing while the first one is heard.
         """
         if self.transport is None:
             return
@@ -46,22 +46,22 @@ class Link:
         self.transport.answer(sender)
 
     def hears(self, now_s: float) -> bool:
-        """Whether the vehicle was heard over it of late."""
+        """Whether the vehicle was heard on it within HEARS_S."""
         last_s = self.statistics.last_s
         return self.transport is not None and last_s is not None and now_s - last_s < HEARS_S
 
 
 class Heard(NamedTuple):
-    """A message, and the link that it came over."""
+    """A message, and the link on which it arrived."""
 
     link: Link
     received: Received
 
 
 class Links:
-    """All the ways to the vehicle, by name. `warn` is told in one line when one breaks, and when it is back.
+    """All links to the vehicle. `warn` receives a line when one breaks, and when it is back.
 
-    `clock` gives seconds; `sleep` is called where nothing is open that could be waited for.
+    `clock` gives seconds; `sleep` is called when no link is open to wait for.
     """
 
     def __init__(self, openers: dict[str, Callable[[], Transport]], clock: Clock,
@@ -73,11 +73,11 @@ class Links:
 
     @property
     def name(self) -> str:
-        """How a person calls them all."""
+        """The names of all, for messages."""
         return ", ".join(link.name for link in self.all)
 
     def open(self) -> None:
-        """Open every link; one that cannot be had is tried again later. Raises LinkError when none can."""
+        """Open every link; those that fail are retried later. Raises LinkError if all fail."""
         problems = [error for link in self.all if (error := self._open(link)) is not None]
         if len(problems) == len(self.all):
             self.close()
@@ -86,7 +86,7 @@ class Links:
             self.warn(f"{error}; retrying while the other links are used")
 
     def send(self, data: bytes, everywhere: bool = False) -> None:
-        """Send over the links that hear the vehicle; over all where none does, or where `everywhere` is asked for."""
+        """Send on the links on which the vehicle is heard; on all of them if there are none, or if `everywhere`."""
         now_s = self.clock()
         opened = [link for link in self.all if link.transport]
         hearing = [link for link in opened if link.hears(now_s)]
@@ -98,7 +98,7 @@ class Links:
                 self._lose(link, error)
 
     def receive(self, timeout_s: float) -> list[Heard]:
-        """Wait up to `timeout_s` [s] for messages on any of the links. A link that is down is tried again meanwhile."""
+        """Wait up to `timeout_s` [s] for messages on any link, and retry links that are down."""
         self._reopen()
         opened = [link for link in self.all if link.transport]
         if not opened:
@@ -121,7 +121,7 @@ class Links:
                 link.retry_s = float("inf")
 
     def _take_turns(self, opened: list[Link], timeout_s: float) -> list[Heard]:
-        """Where the operating system cannot wait for all of them at once: look at each, and wait a little at one."""
+        """If the operating system cannot wait for all at once: read each, and wait briefly on one."""
         end_s = self.clock() + timeout_s
         while not (heard := self._read_all(opened)) and (left_s := end_s - self.clock()) > 0.0:
             heard = self._read(opened[0], min(_SLICE_S, left_s))
@@ -159,16 +159,16 @@ class Links:
         except LinkError as error:
             link.problem, link.retry_s = str(error), self.clock() + RETRY_S
             return error
-        link.transport.answer(None)  # until the vehicle is heard there
+        link.transport.answer(None)  # to nobody, until the vehicle is heard
         link.problem, link.reader = None, FrameReader()
         return None
 
 
 def open_links(names: list[str], clock: Clock, warn: Callable[[str], None]) -> Links:
-    """Open the links that `names` give, each in one of the forms of `open_transport`.
+    """Open the links `names`, each in one of the forms of `open_transport`.
 
     Raises:
-        LinkError: one of them is not of that form, two are the same, or none of them can be opened.
+        LinkError: a name has none of these forms, two are equal, or no link can be opened.
     """
     for name in names:
         parse_link(name)

@@ -1,17 +1,17 @@
-"""How long an answer takes: what a time-out follows, and the delay with its spread and loss that a person looks at."""
+"""Round-trip times: for time-outs, and summarized with spread and loss for the user."""
 
 from collections import deque
 from dataclasses import dataclass
 from typing import NamedTuple
 
 _KEPT_S = 300.0
-_NEVER_S = 30.0  # an answer that has not come by then does not come
+_NEVER_S = 30.0  # later answers are not counted
 
 
 class DelaySummary(NamedTuple):
-    """Round trips over a stretch of time [s]: median, where 5 % and 95 % of them lie, how many, and the share lost.
+    """Round trips within a time window [s]: median, 5 % and 95 % quantiles, number, and loss.
 
-    `loss` is 0 to 1, counted over both directions, or None where it is too early to tell.
+    `loss` is a fraction over both directions, or None if it is too early to tell.
     """
 
     median_s: float
@@ -22,26 +22,25 @@ class DelaySummary(NamedTuple):
 
     @property
     def spread_s(self) -> float:
-        """Width of the band that holds nine in ten of them [s]."""
+        """Width of the band that holds 90 % of them [s]."""
         return self.high_s - self.low_s
 
 
 @dataclass
 class Question:
-    """When it was asked [s], and how long the answer took [s]; None: there is none yet."""
+    """When it was sent [s], and the time that the answer took [s], or None before that."""
 
     sent_s: float
     taken_s: float | None = None
 
 
 class RoundTrip:
-    """Times questions and their answers. `seconds` is smoothed as TCP does (RFC 6298), None until the first answer.
+    """Times questions and answers. `seconds` is smoothed as in TCP (RFC 6298), None until the first answer.
 
-    Asking again too soon costs a frame, asking too late costs the user time: the first guess of the variation is
-    smaller than TCP's.
+    An early retry costs one frame, a late one costs the user time: the initial variation is smaller than TCP's.
     """
 
-    UNKNOWN_S = 1.0  # a first guess for the time-out
+    UNKNOWN_S = 1.0  # time-out before the first answer
     LEAST_S, GREATEST_S = 0.2, 6.0
 
     def __init__(self) -> None:
@@ -58,14 +57,14 @@ class RoundTrip:
         return question
 
     def answer(self, question: Question, now_s: float) -> None:
-        """Its answer came at `now_s`; a second copy of one changes nothing."""
+        """Its answer arrived at `now_s`; further copies change nothing."""
         taken_s = now_s - question.sent_s
         if question.taken_s is None and taken_s < _NEVER_S:
             question.taken_s = taken_s
             self.add(taken_s)
 
     def add(self, seconds: float) -> None:
-        """Take in one measured answer time [s]."""
+        """Add a measured round trip [s]."""
         if self.seconds is None:
             self.seconds, self._variation_s = seconds, seconds / 8.0
             return
@@ -74,14 +73,14 @@ class RoundTrip:
 
     @property
     def timeout_s(self) -> float:
-        """How long to wait for an answer before asking again [s]."""
+        """How long to wait for an answer before a retry [s]."""
         if self.seconds is None:
             return self.UNKNOWN_S
         margin_s = max(4.0 * self._variation_s, 0.2 * self.seconds, 0.1)
         return min(max(self.seconds + margin_s, self.LEAST_S), self.GREATEST_S)
 
     def summary(self, now_s: float, window_s: float) -> DelaySummary | None:
-        """What the questions of the last `window_s` [s] tell; None while none of them is answered."""
+        """Summary of the questions of the last `window_s` [s]; None if none of them has been answered."""
         recent = [question for question in self._asked if question.sent_s >= now_s - window_s]
         taken = sorted(question.taken_s for question in recent if question.taken_s is not None)
         if not taken:
@@ -92,7 +91,7 @@ class RoundTrip:
         return DelaySummary(_quantile(taken, 0.5), _quantile(taken, 0.05), _quantile(taken, 0.95), len(taken), loss)
 
     def unanswered_since(self, now_s: float) -> float:
-        """For how long [s] questions have gone out that should have been answered by now, and were not."""
+        """For how long [s] the questions since the last answer have been overdue."""
         oldest_s = now_s
         for question in reversed(self._asked):
             if question.taken_s is not None:
@@ -102,7 +101,7 @@ class RoundTrip:
 
 
 def _quantile(ordered: list[float], share: float) -> float:
-    """The value below which `share` of `ordered` (which is not empty) lies, with a straight line between values."""
+    """The quantile `share` of `ordered`, which is not empty, interpolated linearly."""
     at = share * (len(ordered) - 1)
     low = int(at)
     high = min(low + 1, len(ordered) - 1)

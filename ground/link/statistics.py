@@ -1,23 +1,23 @@
-"""How good the link is: messages a second, and messages lost."""
+"""Link quality: message rate and loss."""
 
 from collections import deque
 from typing import NamedTuple
 
 WINDOW_S = 5.0
-_RESTART = 3  # so many old numbers in a row, with no new one between: the sender has started to count anew
+_RESTART = 3  # this many consecutive old numbers: the sender has restarted its count
 
 
 class _Came(NamedTuple):
-    """A message came, and changed by so much what is thought lost."""
+    """The arrival of a message, and its change of the number lost."""
 
     time_s: float
     lost: int
 
 
 class LinkStatistics:
-    """Counts one vehicle's messages, and what is missing from its components' sequence numbers (which wrap at 256).
+    """Counts one vehicle's messages, and the gaps in its components' sequence numbers (which wrap at 256).
 
-    `received`, `lost` and `repeated` count from the start; `rate_hz` and `loss` look back over WINDOW_S seconds.
+    `received`, `lost` and `repeated` count from the start; `rate_hz` and `loss` cover the last WINDOW_S seconds.
     """
 
     def __init__(self) -> None:
@@ -30,7 +30,7 @@ class LinkStatistics:
         self._recent: deque[_Came] = deque()
 
     def add(self, time_s: float, sequence: int, component: int = 1) -> int:
-        """Take in a message of `component` that came at `time_s` [s] with this number; by how many it was overtaken."""
+        """Count a message of `component` that arrived at `time_s` [s]; return by how many it was overtaken."""
         if self.last_s is None:
             self._first_s = time_s
         numbers = self._numbers.setdefault(component, _Numbers())
@@ -46,12 +46,12 @@ class LinkStatistics:
         return numbers.overtaken(sequence)
 
     def rate_hz(self, now_s: float) -> float:
-        """Messages a second of late, in 1/s."""
+        """Messages per second [1/s], over WINDOW_S."""
         self._forget(now_s)
         return len(self._recent) / min(max(now_s - self._first_s, 1.0), WINDOW_S)
 
     def loss(self, now_s: float) -> float | None:
-        """Share of messages lost of late, 0 to 1; None when none came that could tell."""
+        """Fraction of messages lost over WINDOW_S; None if none arrived."""
         self._forget(now_s)
         lost = max(sum(came.lost for came in self._recent), 0)
         return lost / (lost + len(self._recent)) if self._recent else None
@@ -62,7 +62,7 @@ class LinkStatistics:
 
 
 class _Numbers:
-    """The sequence numbers of one component."""
+    """Sequence numbers of one component."""
 
     def __init__(self) -> None:
         self._expected: int | None = None
@@ -71,9 +71,9 @@ class _Numbers:
         self._last_s: float | None = None
 
     def take(self, time_s: float, sequence: int) -> int | None:
-        """How many more are lost with this one, -1 where it was thought lost itself; None for one that came before."""
+        """How many more are lost with this one; -1 if it had counted as lost itself; None for a repeated one."""
         if self._last_s is not None and time_s - self._last_s > WINDOW_S:
-            self._count_anew()  # so many may be missing that the numbers have gone round
+            self._restart()  # the numbers may have wrapped in the meantime
         self._last_s = time_s
         self._look_for_a_restart(sequence)
         ahead = 0 if self._expected is None else (sequence - self._expected) % 256
@@ -98,8 +98,8 @@ class _Numbers:
         self._old_run = self._old_run + 1 if sequence == (self._last_old + 1) % 256 else 1
         self._last_old = sequence
         if self._old_run >= _RESTART:
-            self._count_anew()
+            self._restart()
 
-    def _count_anew(self) -> None:
+    def _restart(self) -> None:
         self._expected, self._old_run = None, 0
         self._missing.clear()

@@ -1,4 +1,4 @@
-"""Ways for bytes to reach a vehicle and come back: UDP that waits to be called, UDP that calls, a serial port."""
+"""Transports for bytes to and from a vehicle: UDP that listens, UDP that connects, a serial port."""
 
 import errno
 import socket
@@ -13,40 +13,40 @@ _FORMS = "udpin:HOST:PORT, udpout:HOST:PORT or serial:DEVICE:BAUD"
 
 
 class LinkError(UsageError):
-    """A link that cannot be opened, or that broke; the message is one line and names the link."""
+    """A link cannot be opened, or broke; the message is one line and names the link."""
 
 
 class Transport(Protocol):
-    """Carries bytes both ways. Waiting happens in `receive` only, so that a test can put simulated time behind it."""
+    """Carries bytes both ways. Only `receive` waits, so that tests can run in simulated time."""
 
     def send(self, data: bytes) -> None:
-        """Send `data`, or drop it where nobody is there to take it. Raises LinkError when the link is broken."""
+        """Send `data`, or drop it if there is no receiver. Raises LinkError if the link is broken."""
         ...
 
     def receive(self, timeout_s: float) -> bytes:
-        """Wait up to `timeout_s` seconds for bytes; b"" on time-out. Raises LinkError when the link is broken."""
+        """Wait up to `timeout_s` [s] for bytes; b"" on time-out. Raises LinkError if the link is broken."""
         ...
 
     @property
     def sender(self) -> object:
-        """Who sent what `receive` returned last; None where there is only one who could."""
+        """The sender of what `receive` last returned; None on links with a single peer."""
         ...
 
     def answer(self, sender: object) -> None:
-        """From now on send to this `sender` alone, or to nobody where it is None. No change where there is only one."""
+        """From now on send only to `sender`, or to nobody if None. No effect on links with a single peer."""
         ...
 
     def fileno(self) -> int | None:
-        """What the operating system can wait for, or None where it cannot."""
+        """A descriptor that the operating system can wait for, or None."""
         ...
 
     def close(self) -> None:
-        """Give the link free. May be called twice."""
+        """Release the link. May be called twice."""
         ...
 
 
 class OnePeer:
-    """What transports share that reach one other side only."""
+    """Shared by transports with a single peer."""
 
     sender: object = None
 
@@ -55,7 +55,7 @@ class OnePeer:
 
 
 class _Udp(OnePeer):
-    """What both UDP transports share."""
+    """Shared by both UDP transports."""
 
     def __init__(self, link: str, family: int) -> None:
         self._link = link
@@ -65,7 +65,7 @@ class _Udp(OnePeer):
         try:
             self._transmit(data)
         except (ConnectionError, BlockingIOError):
-            pass  # nobody listens there yet, or no room: as good as lost on the way
+            pass  # nobody listens yet, or no room: treated as lost
         except OSError as error:
             raise LinkError(f"link {self._link}: cannot send: {error.strerror or error}") from None
 
@@ -90,11 +90,11 @@ class _Udp(OnePeer):
         self._socket.send(data)
 
     def _heard(self, sender: tuple) -> None:
-        """Take note of who sent the last datagram."""
+        """Note the sender of the last datagram."""
 
 
 class UdpInTransport(_Udp):
-    """Listens on an address; sends to whoever was heard last, until `answer` says whom to send to."""
+    """Listens on an address; sends to the last sender, or to the one chosen by `answer`."""
 
     def __init__(self, link: str, family: int, address: tuple) -> None:
         super().__init__(link, family)
@@ -124,7 +124,7 @@ class UdpInTransport(_Udp):
 
 
 class UdpOutTransport(_Udp):
-    """Sends to an address and hears whatever comes back from it."""
+    """Sends to an address, and receives from it alone."""
 
     def __init__(self, link: str, family: int, address: tuple) -> None:
         super().__init__(link, family)
@@ -136,7 +136,7 @@ class UdpOutTransport(_Udp):
 
 
 class SerialTransport(OnePeer):
-    """A serial port, 8N1, held for this program alone."""
+    """A serial port, 8N1, opened exclusively."""
 
     def __init__(self, link: str, device: str, baud: int) -> None:
         self._link = link
@@ -149,7 +149,7 @@ class SerialTransport(OnePeer):
         try:
             self._port.write(data)
         except serial.SerialTimeoutException:
-            pass  # the port takes nothing for now: as good as lost on the way
+            pass  # the port accepts nothing at present: treated as lost
         except OSError as error:
             raise LinkError(f"link {self._link}: serial port disconnected ({error})") from None
 
@@ -164,7 +164,7 @@ class SerialTransport(OnePeer):
     def fileno(self) -> int | None:
         try:
             return self._port.fileno()
-        except (OSError, AttributeError):  # Windows cannot wait for a port and a socket together
+        except (OSError, AttributeError):  # Windows cannot wait for a port and a socket at once
             return None
 
     def close(self) -> None:
@@ -172,10 +172,10 @@ class SerialTransport(OnePeer):
 
 
 def open_transport(link: str) -> Transport:
-    """Open the link that `link` names: udpin:HOST:PORT, udpout:HOST:PORT or serial:DEVICE:BAUD.
+    """Open `link`: udpin:HOST:PORT, udpout:HOST:PORT or serial:DEVICE:BAUD.
 
     Raises:
-        LinkError: the text is none of these, or the port, host or device cannot be had.
+        LinkError: it has none of these forms, or the port, host or device is not available.
     """
     kind, place, number = parse_link(link)
     if kind == "serial":
@@ -185,7 +185,7 @@ def open_transport(link: str) -> Transport:
 
 
 def parse_link(link: str) -> tuple[str, str, int]:
-    """Kind, host or device, and port or baud rate that `link` names. Raises LinkError where it names none."""
+    """Kind, host or device, and port or baud rate of `link`. Raises LinkError if it has none of the forms."""
     kind, _, rest = link.partition(":")
     place, _, number = rest.rpartition(":")
     if kind not in ("udpin", "udpout", "serial") or not place or not number:
@@ -205,7 +205,7 @@ def _resolve(link: str, host: str, port: int) -> tuple[int, tuple]:
 
 
 def _why_not_opened(device: str, error: Exception) -> str:
-    from serial.tools import list_ports  # noqa: PLC0415  (looks through the system's devices; only for this message)
+    from serial.tools import list_ports  # noqa: PLC0415  (scans the system's devices; only for this message)
 
     number = error.errno if isinstance(error, OSError) else None
     if number == errno.EACCES:

@@ -1,1 +1,1 @@
-"""Recorded flights: written, read, plotted, exported."""
+"""Recorded flights: recording, reading, plots, exports."""

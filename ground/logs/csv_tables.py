@@ -1,4 +1,4 @@
-"""A log as CSV: one table of the flight, or one for every kind of message. SI units and radians throughout."""
+"""A log as CSV: one table of the flight, or one for each message type. SI units and radians throughout."""
 
 import csv
 import math
@@ -13,8 +13,8 @@ from protocol import dialect
 from protocol.frame import Address
 from protocol.modes import mode_name
 
-_EXACT = 9  # digits that tell one float32 from the next
-_QUANTITIES = {  # column: what of the flight it is
+_EXACT = 9  # digits that identify a float32
+_QUANTITIES = {  # column: quantity of the flight
     "azimuth_rad": "azimuth", "elevation_rad": "elevation", "distance_m": "distance", "course_rad": "course",
     "target_course_rad": "target_course", "heading_rad": "heading", "cross_track_rad": "cross_track",
     "path_parameter_rad": "path_parameter", "steering_asked": "set_steering", "steering": "steering",
@@ -24,7 +24,7 @@ _COUNTED = ("status", "valid", "tick_us", "tick_worst_us", "late_worst_us", "ove
 
 
 def write_flight(log: MessageLog, vehicle: Address, path: Path) -> int:
-    """Write a row for each state message to `path`; how many. A cell is empty where nothing was measured.
+    """Write a row for each state message to `path`; return their number. A cell is empty if nothing was measured.
 
     Raises:
         OSError: the file cannot be written.
@@ -46,7 +46,7 @@ def write_flight(log: MessageLog, vehicle: Address, path: Path) -> int:
 
 
 def write_messages(log: MessageLog, folder: Path) -> int:
-    """Write a file for each kind of message into `folder`, with all its fields, whoever sent it; how many files.
+    """Write a file for each message type into `folder`, with all fields, from all senders; return their number.
 
     Raises:
         OSError: a file cannot be written.
@@ -76,7 +76,7 @@ def _write(path: Path, heads: list[str], rows: Iterable[Sequence[Any]]) -> None:
 
 
 def _array_length(kind: type[dialect.MAVLink_message], field: str) -> int:
-    """How many cells a field takes, or 0 for one of its own; a text is one."""
+    """The number of elements of an array field, or 0 for a single value; a text is one."""
     at = kind.ordered_fieldnames.index(field)
     return 0 if kind.fieldtypes[kind.fieldnames.index(field)] == "char" else kind.array_lengths[at]
 

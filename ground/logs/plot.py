@@ -1,4 +1,4 @@
-"""One picture of a recorded flight: the sky, the turning angle, the steering, and how the links did."""
+"""The plot of a recorded flight: sky, turning angle, steering, delays, loss."""
 
 from datetime import UTC, datetime
 from typing import Any, NamedTuple
@@ -11,7 +11,7 @@ from ground.logs.reader import MessageLog
 from ground.logs.sky import draw_lines, draw_sky
 from kite_analysis.angles import wrap
 from kite_analysis.figure_eight import Array, TargetEight
-from kite_analysis.figures import new_figure
+from kite_analysis.figures import legend_above, new_figure
 from kite_analysis.flights.record import FlightRecord
 from protocol import dialect
 from protocol.frame import Address
@@ -21,16 +21,17 @@ _FLOWN, _TARGET, _ACTUAL, _GREY = "#1f4e9c", "#d1495b", "#e08e2b", "#8a9097"
 _BAND, _PALE = "#f4c9cf", "#9fb6d9"
 _MODES = {dialect.KITE_MODE_STANDBY: "#eceff1", dialect.KITE_MODE_MANUAL: "#fdf3d8",
           dialect.KITE_MODE_PARK: "#e3f1e5", dialect.KITE_MODE_TRACK: "#ffffff"}
-_NEAR = 0.04  # of the time shown: changes nearer than that share a label
+_NEAR = 0.04  # of the time shown: changes closer than this share a label
 _MOST_LABELS = 12
-_GAP_S = 0.5  # no line is drawn over a longer silence
-_SMALL = 0.25  # of the limit: steering below that fills the axes instead
+_GAP_S = 0.5  # no line is drawn across a longer gap
+_SMALL = 0.25  # of the limit: if all steering is smaller, the axes end above it, not above the limit
 _LIMITED = dialect.KITE_STATUS_SATURATED | dialect.KITE_STATUS_SLEWED
+_NAMES = 0.11  # of the axes' height: the modes' names, between the axes and the legend
 _EIGHT = ("EIGHT_AZIMUTH", "EIGHT_ELEVATION", "EIGHT_HALF_W", "EIGHT_HALF_H", "EIGHT_DIRECTION")
 
 
 class Flight(NamedTuple):
-    """What is drawn of a flight, between `from_s` and `to_s` [s]; the record is cut to that."""
+    """What is plotted of a flight, from `from_s` to `to_s` [s]; the record is cut to these."""
 
     record: FlightRecord
     delays: Delays
@@ -42,9 +43,9 @@ class Flight(NamedTuple):
 
 
 def flight_of(log: MessageLog, vehicle: Address, from_s: float, to_s: float) -> Flight:
-    """What `log` tells of `vehicle` from `from_s` to `to_s`; the table may be empty."""
+    """The flight of `vehicle` in `log`, from `from_s` to `to_s` [s]; its record may be empty."""
     record = recorded_flight(log, vehicle)
-    first_s = from_s if from_s > 0.0 else -np.inf  # what came late at the log's start was sent before it
+    first_s = from_s if from_s > 0.0 else -np.inf  # messages delayed at the log's start were sent before it
     within = (record.time_s >= first_s) & (record.time_s <= to_s)
     began = datetime.fromtimestamp(log.start_us * 1e-6, UTC)
     title = f"{log.path.name}: kite {vehicle.system}, {began:%d %B %Y %H:%M} UTC"
@@ -53,7 +54,7 @@ def flight_of(log: MessageLog, vehicle: Address, from_s: float, to_s: float) -> 
 
 
 def plot_log(flight: Flight) -> Any:
-    """The figure.
+    """Draw the figure.
 
     Raises:
         ExtraMissingError: matplotlib is not installed.
@@ -63,7 +64,7 @@ def plot_log(flight: Flight) -> Any:
     sky, *below = figure.subplots(5, 1, height_ratios=[1.7, 1.1, 0.9, 0.9, 0.7])
     _, azimuth, elevation = _broken(flight.record.time_s, flight.record.azimuth, flight.record.elevation)
     view = draw_sky(sky, azimuth, elevation, _eights(flight))
-    _legend(sky)
+    legend_above(sky)
     for draw, axes in zip((_draw_turning_angle, _draw_steering, _draw_delays, _draw_loss), below, strict=True):
         _draw_modes(axes, flight.record)
         draw(axes, flight)
@@ -82,7 +83,7 @@ def plot_log(flight: Flight) -> Any:
 
 
 def _eights(flight: Flight) -> list[TargetEight]:
-    """The targets that were flown; none where the log does not tell all of their parameters."""
+    """The targets that were flown; none if the log lacks some of their parameters."""
     if not set(_EIGHT) <= set(flight.parameters.names):
         return []
     changed = [change.time_s for change in flight.parameters.changes()
@@ -96,12 +97,12 @@ def _draw_turning_angle(axes: Any, flight: Flight) -> None:
     course -= 2.0 * np.pi * np.round(np.median(course) / (2.0 * np.pi))
     target = course + wrap(flight.record.target_course - course)
     time_s, course, target = _broken(flight.record.time_s, course, target)
-    axes.plot(time_s, np.degrees(target), "--", color=_TARGET, lw=1.0, label=r"target $\theta_t$")
+    axes.plot(time_s, np.degrees(target), ls=(0, (3, 2)), color=_TARGET, lw=1.0, zorder=3, label=r"target $\theta_t$")
     axes.plot(time_s, np.degrees(course), color=_FLOWN, lw=1.0, label=r"flown $\theta$")
     axes.set_ylabel("turning angle [deg]")
     axes.margins(y=0.08)
     axes.yaxis.get_major_locator().set_params(steps=[1, 1.8, 3, 4.5, 9, 10])  # parts of a turn
-    _legend(axes)
+    legend_above(axes, lift=_NAMES)
 
 
 def _draw_steering(axes: Any, flight: Flight) -> None:
@@ -110,11 +111,11 @@ def _draw_steering(axes: Any, flight: Flight) -> None:
     for index, (start_s, end_s, at_limit) in enumerate(_runs(record.time_s, limited)):
         if at_limit:
             axes.axvspan(start_s, end_s, color=_BAND, lw=0, zorder=0, label="limited" if index < 2 else None)
-    time_s, asked, actual = _broken(record.time_s, record.set_steering, record.steering)
+    time_s, commanded, actual = _broken(record.time_s, record.set_steering, record.steering)
     if np.isfinite(actual).any():
         axes.plot(time_s, actual, color=_ACTUAL, lw=1.0, label="actual")
-    axes.plot(time_s, asked, color=_FLOWN, lw=0.9, label="asked")
-    peak = float(np.nanmax(np.abs(np.concatenate([asked, actual])), initial=0.0))
+    axes.plot(time_s, commanded, color=_FLOWN, lw=0.9, label="commanded")
+    peak = float(np.nanmax(np.abs(np.concatenate([commanded, actual])), initial=0.0))
     most = 1.0
     if "STEER_MAX" in flight.parameters.names:
         limit = np.array([flight.parameters.value("STEER_MAX", at) for at in record.time_s])
@@ -124,7 +125,7 @@ def _draw_steering(axes: Any, flight: Flight) -> None:
             axes.plot(record.time_s, sign * limit, ":", color=_GREY, lw=1.3, label=label)
     shown = 1.12 * most if peak >= _SMALL * most else max(1.5 * peak, 0.01 * most)
     axes.set(ylabel="steering", ylim=(-shown, shown))
-    _legend(axes)
+    legend_above(axes)
 
 
 def _draw_delays(axes: Any, flight: Flight) -> None:
@@ -142,7 +143,7 @@ def _draw_delays(axes: Any, flight: Flight) -> None:
             (found.state_at_s, found.telemetry_s), (found.state_at_s, found.sample_age_s),
             (found.round_trip_at_s, found.round_trip_s))])
     axes.set(ylabel="delay [ms]", ylim=(0.0, 1.1 * max(shown.max(initial=0.0), 1.0)))
-    _legend(axes)
+    legend_above(axes)
 
 
 def _draw_loss(axes: Any, flight: Flight) -> None:
@@ -155,7 +156,7 @@ def _draw_loss(axes: Any, flight: Flight) -> None:
     right.plot(time_s, rate_hz, color=_GREY, lw=1.0, label="received")
     right.set_ylim(0.0, 1.3 * max(float(rate_hz.max(initial=0.0)), 1.0))
     right.set_ylabel("received [1/s]", color=_GREY)
-    _legend(axes, right)
+    legend_above(axes, right)
 
 
 def _draw_modes(axes: Any, record: FlightRecord) -> None:
@@ -164,7 +165,7 @@ def _draw_modes(axes: Any, record: FlightRecord) -> None:
 
 
 def _name_modes(axes: Any, flight: Flight) -> None:
-    """The mode at the top of these axes, where there is room for its name."""
+    """Write the modes above these axes, where a name has room."""
     for start_s, end_s, mode in _runs(flight.record.time_s, flight.record.mode):
         if end_s - start_s > 0.06 * (flight.to_s - flight.from_s):
             axes.text(start_s, 1.02, " " + mode_name(int(mode)), transform=axes.get_xaxis_transform(), fontsize=8,
@@ -172,7 +173,7 @@ def _name_modes(axes: Any, flight: Flight) -> None:
 
 
 def _draw_changes(below: Any, flight: Flight) -> None:
-    """A line through all of `below` where parameters were changed, with what became what."""
+    """A line through all axes `below` at each parameter change, labelled with old and new value."""
     changes = [change for change in flight.parameters.changes() if flight.from_s <= change.time_s <= flight.to_s]
     near_s = _NEAR * (flight.to_s - flight.from_s)
     groups: list[list[LoggedChange]] = []
@@ -204,19 +205,8 @@ def _runs(time_s: Array, values: Array) -> list[tuple[float, float, float]]:
 
 
 def _broken(time_s: Array, *lines: Array) -> list[Array]:
-    """The same, with a gap where nothing came for longer than _GAP_S."""
+    """The same, with NaN where no state arrived for _GAP_S."""
     steps_s = np.diff(time_s)
     usual_s = float(np.median(steps_s)) if steps_s.size else 0.0
     at = np.flatnonzero(steps_s > max(_GAP_S, 3.0 * usual_s))
     return [np.insert(values, at + 1, np.nan) for values in (time_s, *lines)]
-
-
-def _legend(axes: Any, *others: Any) -> None:
-    """Above the axes, at the right: inside, it would hide the flight."""
-    handles, labels = axes.get_legend_handles_labels()
-    for other in others:
-        more_handles, more_labels = other.get_legend_handles_labels()
-        handles, labels = handles + more_handles, labels + more_labels
-    if handles:
-        axes.legend(handles, labels, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(labels), fontsize=8,
-                    frameon=False, borderaxespad=0.2)

@@ -1,4 +1,4 @@
-"""From a log to arrays: the flight at the times of its state messages, and how the links did meanwhile."""
+"""A log as arrays: the flight at the times of its state messages, delays, and link quality."""
 
 from typing import NamedTuple
 
@@ -14,17 +14,17 @@ from protocol import dialect
 from protocol.clock import ages_s, counted_on
 from protocol.frame import Address
 
-_ONE_CLOCK_S = 2.0  # ages below this are taken as such; two clocks of their own seldom agree so well
-_DRIFT_S = 60.0  # over this long, clocks do not drift apart by anything that a plot shows
+_ONE_CLOCK_S = 2.0  # ages below this are believed: independent clocks rarely agree so well
+_DRIFT_S = 60.0  # the drift of clocks over this time is too small for a plot to show
 _STEP_S = 1.0
 
 
 class Delays(NamedTuple):
-    """Delays over a flight, each with the times [s] at which they were seen.
+    """Delays over a flight [s], each with the times [s] at which they were observed.
 
-    `round_trip_s`: of TIMESYNC, ground station to vehicle and back. `telemetry_s`: a state message's way down, above
-    the least of some minute, as the two clocks have no common start. `sample_age_s`: how old the sample was that a tick
-    used, measured likewise unless `absolute_age`.
+    `round_trip_s`: of TIMESYNC, ground station to vehicle and back. `telemetry_s`: of a state message on its way down,
+    in excess of the minimum of that minute, as the two clocks have no common start. `sample_age_s`: age of the sample
+    that a tick used, likewise in excess of its minimum unless `absolute_age`.
     """
 
     round_trip_at_s: Array
@@ -36,7 +36,7 @@ class Delays(NamedTuple):
 
 
 class LinkQuality(NamedTuple):
-    """How a link did, (n,) each: times [s], share of the messages lost (0 to 1), and messages a second."""
+    """Quality of a link, (n,) each: times [s], loss as a fraction, messages per second [1/s]."""
 
     time_s: Array
     loss: Array
@@ -44,12 +44,11 @@ class LinkQuality(NamedTuple):
 
 
 def recorded_flight(log: MessageLog, vehicle: Address) -> FlightRecord:
-    """The flight, with a row for each state message.
+    """The flight, with a row for each state message, in the order in which the vehicle sent them.
 
-    The rows are in the vehicle's order, whichever way the messages overtook each other. `time_s` counts from the log's
-    start; it is when the message would have come with no more delay than the least of the time. Of what there is
-    further, `received_s` is when it came, `vehicle_time_s` the vehicle's own clock, counted from the first state, and
-    `armed` is 0 or 1, as the last heartbeat told, or NaN before the first.
+    `time_s` counts from the log's start: when the message would have arrived with the minimum delay of that minute. In
+    `further`: `received_s`, when it arrived; `vehicle_time_s`, the vehicle's clock from the first state on; `armed`, 0
+    or 1 by the last heartbeat, NaN before the first.
     """
     states, armed, last = [], [], np.nan
     for entry in log.of(vehicle):
@@ -69,7 +68,7 @@ def recorded_flight(log: MessageLog, vehicle: Address) -> FlightRecord:
 
 
 def delays(log: MessageLog, vehicle: Address, flight: FlightRecord) -> Delays:
-    """The delays that a log and the `flight` in it tell of."""
+    """The delays in a log, whose recorded flight is `flight`."""
     received_s, age_s = flight.further["received_s"], flight.sample_age_s
     absolute = bool(age_s.size) and age_s.min() >= 0.0 and age_s.max() < _ONE_CLOCK_S
     if not absolute:
@@ -79,10 +78,10 @@ def delays(log: MessageLog, vehicle: Address, flight: FlightRecord) -> Delays:
 
 
 def link_quality(log: MessageLog, vehicle: Address) -> LinkQuality:
-    """How the link from the vehicle did, over the 5 s before each time.
+    """Quality of the link from the vehicle, over the 5 s before each time.
 
-    Lost is what is missing from the sequence numbers. Where nothing came for 5 s, the share is NaN; so it is in a log
-    of the control side, with the sensors' samples: the bridge writes it without some of what the vehicle sent.
+    Loss is what is missing from the sequence numbers; NaN if nothing arrived for 5 s, and in a log of the control path
+    (with samples), from which the bridge omits some of the vehicle's messages.
     """
     statistics, rows = LinkStatistics(), []
     control_side = any(isinstance(entry.message, dialect.MAVLink_kite_sensors_message) for entry in log.messages)
@@ -98,7 +97,7 @@ def link_quality(log: MessageLog, vehicle: Address) -> LinkQuality:
 
 
 def _least(time_s: Array, values: Array) -> Array:
-    """The least of `values` around each time, over some _DRIFT_S: from the least of each such stretch to the next."""
+    """The running minimum of `values`: the minima of stretches of _DRIFT_S, interpolated."""
     stretch = np.floor((time_s - time_s[:1]) / _DRIFT_S)
     numbers = np.unique(stretch)
     at_s = [float(time_s[stretch == number].mean()) for number in numbers]
@@ -106,9 +105,9 @@ def _least(time_s: Array, values: Array) -> Array:
 
 
 def _on_the_logs_clock(received_s: Array, vehicle_s: Array) -> Array:
-    """When the vehicle sent what came at `received_s`, but for the least delay.
+    """When the vehicle sent what arrived at `received_s` [s], plus the minimum delay.
 
-    A vehicle whose clock runs at another rate is a replay of another speed: there, when it came is all that counts.
+    If its clock runs at another rate, as in a replay at another speed, the time of arrival is used.
     """
     if received_s.size and abs(np.ptp(received_s) - np.ptp(vehicle_s)) > 1.0 + 0.01 * np.ptp(received_s):
         return received_s
@@ -116,10 +115,10 @@ def _on_the_logs_clock(received_s: Array, vehicle_s: Array) -> Array:
 
 
 def _round_trips(log: MessageLog, vehicle: Address) -> tuple[Array, Array]:
-    """When TIMESYNC answers came and how long after their questions.
+    """When TIMESYNC answers arrived, and how long after their questions [s].
 
-    A question in the log (with ts1, the asker's clock) says how that clock and the log's compare; the answers repeat
-    ts1. Of several askers' clocks, the one that gives the shortest time that is possible is the answer's.
+    A question in the log, with the asker's clock in ts1, gives the offset between that clock and the log's; the answers
+    repeat ts1. With several askers, the answer is taken to be for the one with the shortest non-negative time.
     """
     offsets: dict[Address, float] = {}
     found = []

@@ -1,4 +1,4 @@
-"""A recorded flight, read back from its tlog: every message, who sent it and when it came."""
+"""Reads a tlog: every message with its sender and time."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -13,12 +13,12 @@ from protocol import dialect
 from protocol.frame import Address, Header, read_header
 
 Heartbeat = dialect.MAVLink_heartbeat_message
-_LONGEST_PAUSE_US = 86_400_000_000  # a day without any message is no pause of a flight: the clock was set
+_LONGEST_PAUSE_US = 86_400_000_000  # after a day without any message, the clock was set
 _END_OF_DATES_US = 253_402_300_800_000_000  # the year 10000
 
 
 class Logged(NamedTuple):
-    """One message of a log; `time_s` [s] counts from the log's first frame and never goes back."""
+    """One message of a log; `time_s` [s] counts from the log's first frame and never decreases."""
 
     time_s: float
     header: Header
@@ -27,14 +27,14 @@ class Logged(NamedTuple):
 
     @property
     def sender(self) -> Address:
-        """Who sent it."""
+        """The sender."""
         return self.header.sender
 
 
 class MessageLog:
-    """What a tlog holds. `remarks` are lines for the user on what of it cannot be used.
+    """The contents of a tlog. `remarks` are lines for the user about what cannot be used.
 
-    `start_us` is when its first frame came, in microseconds since 1970 (UTC).
+    `start_us` is the time of its first frame, in microseconds since 1970 (UTC).
     """
 
     def __init__(self, path: str | Path, messages: list[Logged], start_us: int, remarks: list[str]) -> None:
@@ -52,7 +52,7 @@ class MessageLog:
         return self.messages[-1].time_s
 
     def vehicle(self, system: int | None = None) -> Address:
-        """Whose flight this is: the only autopilot, or the one with this system id. Raises UsageError."""
+        """The only autopilot, or the one with this system id. Raises UsageError if that is none or several."""
         found = [address for address in self.vehicles if system in (None, address.system)]
         if len(found) == 1:
             return found[0]
@@ -68,10 +68,10 @@ class MessageLog:
 
 
 def read_message_log(path: str | Path) -> MessageLog:
-    """Read the tlog at `path` whole.
+    """Read the whole tlog at `path`.
 
     Raises:
-        UsageError: it cannot be read, is no tlog, or holds nothing.
+        UsageError: it cannot be read, is not a tlog, or is empty.
     """
     messages: list[Logged] = []
     decoder = dialect.MAVLink(None)
@@ -99,16 +99,16 @@ def read_message_log(path: str | Path) -> MessageLog:
 
 
 class _RecorderClock:
-    """The recorder's stamps as time that passes. Where its clock was set, or a stamp is damaged, time stands still."""
+    """The recorder's stamps as elapsed time, which stands still where its clock was set or a stamp is damaged."""
 
     def __init__(self) -> None:
         self._last_us: int | None = None
         self._elapsed_us = 0
-        self._starts: Counter[int] = Counter()  # when the log began, by the stamps of each stretch without a jump
+        self._starts: Counter[int] = Counter()  # start of the log, by each stamp: the same until the clock jumps
         self._jumps_us: list[int] = []
 
     def elapsed_s(self, stamp_us: int) -> float:
-        """Time [s] from the first stamp to this one, the next."""
+        """Time [s] from the first stamp to this one; to be called for each in turn."""
         step_us = 0 if self._last_us is None else stamp_us - self._last_us
         self._last_us = stamp_us
         if 0 <= step_us <= _LONGEST_PAUSE_US:
@@ -120,13 +120,13 @@ class _RecorderClock:
 
     @property
     def start_us(self) -> int:
-        """When the first frame came, by most of the stamps, in us since 1970 (UTC); 0 if that is no date."""
+        """Time of the first frame, by most of the stamps, in us since 1970 (UTC); 0 if that is not a date."""
         start_us = max(self._starts, key=self._starts.__getitem__, default=0)
         return start_us if 0 <= start_us < _END_OF_DATES_US else 0
 
     @property
     def remarks(self) -> list[str]:
-        """A line where the stamps jump."""
+        """A line if the stamps jump."""
         if not self._jumps_us:
             return []
         largest_s = max(self._jumps_us, key=abs) * 1e-6
@@ -150,7 +150,7 @@ def _times(count: int) -> str:
 
 
 def _vehicles(messages: list[Logged]) -> list[Address]:
-    """The autopilots, by their heartbeats; else whoever sends a kite's state, as in a log cut short."""
+    """The autopilots, by their heartbeats; without any, as in a truncated log, the senders of KITE_STATE."""
     beats = [entry.sender for entry in messages if isinstance(entry.message, Heartbeat)
              and entry.message.type != dialect.MAV_TYPE_GCS
              and entry.message.autopilot != dialect.MAV_AUTOPILOT_INVALID]
@@ -160,5 +160,5 @@ def _vehicles(messages: list[Logged]) -> list[Address]:
 
 
 def _autopilot_of(sender: Address) -> Address:
-    """Whose state `sender` tells."""
+    """The autopilot whose state `sender` reports."""
     return Address(sender.system, dialect.MAV_COMP_ID_AUTOPILOT1) if sender.component == KITE_COMPONENT else sender

@@ -1,4 +1,4 @@
-"""Writes every frame that comes in to a tlog."""
+"""Records every received frame to a tlog."""
 
 from pathlib import Path
 from types import TracebackType
@@ -13,20 +13,19 @@ _FLUSH_S = 1.0
 
 
 class RecordingError(GroundError):
-    """The file cannot be written any further; what came before is in it."""
+    """The file can no longer be written; earlier messages are in it."""
 
 
 class Recorder:
-    """Records whatever a connection receives, from everyone, to the tlog at `path`, as a context manager.
+    """Records everything that a connection receives to the tlog at `path`, as a context manager.
 
-    `epoch_offset_s` is added to the connection's clock to give seconds since 1970 (UTC). The first frame is a TIMESYNC
-    of this ground station, which tells its own clock: by it a reader finds the round trips from the answers that
-    follow. What comes in is handed to the operating system once a second, so that no more is lost when this program
-    is killed.
+    The connection's clock plus `epoch_offset_s` is seconds since 1970 (UTC). The first frame is a TIMESYNC of this
+    ground station with its own clock: from it and the answers that follow, a reader computes round trips. Data are
+    handed to the operating system once a second, so that a kill loses no more than that.
 
     Raises:
-        UsageError: the file is there already and `overwrite` is not set, or it cannot be made.
-        RecordingError: from within the connection's `poll`, when the file can no longer be written.
+        UsageError: the file exists and `overwrite` is not set, or it cannot be created.
+        RecordingError: from within the connection's `poll`, if the file can no longer be written.
     """
 
     def __init__(self, connection: Connection, path: str | Path, epoch_offset_s: float,
@@ -52,7 +51,7 @@ class Recorder:
 
     @property
     def elapsed_s(self) -> float:
-        """How long it has been recording [s]."""
+        """Time since the recording began [s]."""
         return self._connection.clock() - self.started_s
 
     def _observe(self, time_s: float, message: Message, frame: bytes) -> None:

@@ -1,4 +1,4 @@
-"""The sky as the kite's pilot sees it: a flight and its target on the sphere, with lines of azimuth and elevation."""
+"""The sky as the pilot sees it: flight and target on the sphere, with lines of azimuth and elevation."""
 
 from typing import Any
 
@@ -9,14 +9,14 @@ from kite_analysis.figure_eight import Array, TargetEight, unit_position
 
 _FLOWN, _TARGET, _LINES, _TEXT = "#1f4e9c", "#d1495b", "#d5d9dd", "#8a9097"
 _MARGIN = 0.06
-_SIDES = 2.0  # [rad]: lines further round than that come in from above, and get no number
+_SIDES = 2.0  # [rad]: azimuth lines further round enter from above, and get no number
 
 
 def draw_sky(axes: Any, azimuth: Array, elevation: Array, eights: list[TargetEight]) -> "View":
-    """Draw the flight (n,) [rad], which may have gaps of NaN, and its targets; the last of these is the strongest.
+    """Draw the flight (n,) [rad], NaN where unknown, and its targets, the last one strongest.
 
-    Seen from the ground point. Each point lies in its true direction and at its true distance, in degrees of a great
-    circle, from the target's centre (the azimuthal equidistant projection), so that the zenith is no edge.
+    Seen from the ground point, in the azimuthal equidistant projection about the target's centre: each point has its
+    true direction and great-circle distance [deg] from there, and the zenith is not an edge.
     """
     view = View(eights[-1] if eights else None, azimuth, elevation)
     for eight in eights:
@@ -29,12 +29,12 @@ def draw_sky(axes: Any, azimuth: Array, elevation: Array, eights: list[TargetEig
     axes.plot(right[:1], up[:1], "o", color=_FLOWN, ms=5, label="start")
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(_MARGIN)
-    axes.set(xticks=[], yticks=[], xlabel="view downwind [deg]: azimuth along the edges, elevation up the middle")
+    axes.set(xticks=[], yticks=[], xlabel="view downwind [deg]: azimuth along the edges, elevation left of the middle")
     return view
 
 
 def draw_lines(axes: Any, view: "View") -> None:
-    """Lines of equal azimuth and elevation with their numbers, where the figure's layout left the axes."""
+    """Draw lines of azimuth and elevation with their numbers; call it when the figure's layout is final."""
     limits = axes.get_xlim(), axes.get_ylim()
     (left, right), (bottom, top) = limits
     width = min(right - left, 2 * (top - bottom))
@@ -43,8 +43,8 @@ def draw_lines(axes: Any, view: "View") -> None:
     for elevation in range(0, 90, step):
         level = np.full_like(around, np.radians(elevation))
         _add_line(axes, view.project(around, level), 1.4 if elevation == 0 else 0.7)
-        middle = view.project(np.array([view.azimuth]), level[:1])
-        _add_number(axes, middle, limits, f"{elevation}")
+        beside = np.array([view.azimuth + np.radians(step / 2)])  # beside the crossing of the eight
+        _add_number(axes, view.project(beside, level[:1]), limits, f"{elevation}")
     upwards = np.linspace(0.0, np.pi / 2, 181)
     for azimuth in range(-180 + step, 181, step):
         line = view.project(np.full_like(upwards, np.radians(azimuth)), upwards)
@@ -55,7 +55,7 @@ def draw_lines(axes: Any, view: "View") -> None:
 
 
 class View:
-    """The projection about a target's centre, or about the middle of the flight where there is no target."""
+    """The projection about the target's centre, or about the middle of the flight if there is no target."""
 
     def __init__(self, eight: TargetEight | None, azimuth: Array, elevation: Array) -> None:
         if eight is not None:
@@ -79,14 +79,14 @@ class View:
 
 
 def _add_line(axes: Any, line: tuple[Array, Array], width: float) -> None:
-    """A line that has no say in what is shown; of no width, a cross."""
+    """Draw a line that does not change the limits of the axes; with width 0, a cross."""
     from matplotlib.lines import Line2D  # noqa: PLC0415  (an extra, loaded when the first plot is drawn)
 
     axes.add_artist(Line2D(*line, color=_LINES, lw=width, marker=None if width else "+", ms=6, zorder=0))
 
 
 def _add_number(axes: Any, line: tuple[Array, Array], limits: Any, text: str) -> None:
-    """The line's number where it comes into sight."""
+    """Write the line's number where it enters the axes."""
     right, up = line
     (least_right, most_right), (lowest, highest) = limits
     inset = _MARGIN / 3 * (highest - lowest)
@@ -94,5 +94,5 @@ def _add_number(axes: Any, line: tuple[Array, Array], limits: Any, text: str) ->
             & (up > lowest + inset) & (up < highest - inset))
     if seen.any():
         at = int(np.argmax(seen))
-        axes.text(right[at], up[at], text, color=_TEXT, fontsize=7, ha="center", va="center", zorder=0.5,
-                  bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8})
+        axes.text(right[at], up[at], text, color=_TEXT, fontsize=7, ha="center", va="center", zorder=4,
+                  bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8})

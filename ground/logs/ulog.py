@@ -1,4 +1,4 @@
-"""A log as ULog: every message as it was sent, its parameters, and its texts."""
+"""A log as ULog: every message as sent, the parameters, and the texts."""
 
 from pathlib import Path
 
@@ -15,10 +15,10 @@ _SENDER = [("uint8_t", "source_system"), ("uint8_t", "source_component")]
 
 
 def write_ulog(log: MessageLog, vehicle: Address, path: Path) -> int:
-    """Write `log` to `path`, with the parameters and texts of `vehicle`; how many messages that are.
+    """Write `log` to `path`, with the parameters and texts of `vehicle`; return the number of messages.
 
-    Times are microseconds since the log's first frame came. A MAVLink message's topic has its name in small letters
-    and its fields in the order of the wire; senders of the same message are instances of its topic, the vehicle first.
+    Times are microseconds since the log's first frame. A MAVLink message's topic has its name in lower case and its
+    fields in wire order; several senders of a message are instances of its topic, the vehicle first.
 
     Raises:
         OSError: the file cannot be written.
@@ -48,7 +48,7 @@ def _define(writer: UlogWriter, log: MessageLog, parameters: LoggedParameters, e
 
 
 def _fields(kind: type[dialect.MAVLink_message]) -> list[tuple[str, str]]:
-    """Type and name of a message's fields, in the order of the wire."""
+    """Type and name of a message's fields, in wire order."""
     layout = bytes(kind.native_format).decode("ascii").removeprefix("<")
     return [(f"{_TYPES[code]}[{count}]" if count else _TYPES[code], name)
             for code, count, name in zip(layout, kind.array_lengths, kind.ordered_fieldnames, strict=True)]

@@ -1,4 +1,4 @@
-"""A value on its way to the vehicle, and what the vehicle says about it: edited, sent and acknowledged are three."""
+"""A parameter change on its way to the vehicle: edited, sent, acknowledged or refused."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -10,11 +10,11 @@ from protocol import dialect
 from protocol.parameter_table import Parameter
 
 RENAMING = "SYSTEM_ID"
-_SURPRISES = 3  # refusals that the table does not foresee, before they are believed: one may answer an older request
+_SURPRISES = 3  # unforeseen refusals before they are believed: one may answer an older request
 
 
 class ChangeState(Enum):
-    """How far a change has come. SENT: whether the vehicle took it is not known."""
+    """Progress of a change. SENT: it is unknown whether the vehicle has applied it."""
 
     EDITED = "edited, not sent"
     SENT = "sent, not acknowledged"
@@ -24,7 +24,7 @@ class ChangeState(Enum):
 
 @dataclass
 class Change:
-    """`name` is to have the value `wanted` (a float32); `before` is what it had, where that is known.
+    """Set `name` to `wanted`, a float32; `before` is the old value if known.
 
     `reason` says in one line why it was refused; `sent` counts the requests.
     """
@@ -42,21 +42,21 @@ Table = dict[str, Parameter]
 
 
 def count_states(changes: Sequence[Change]) -> str:
-    """How many of `changes` are in which state, in words."""
+    """The number of `changes` in each state, in words."""
     counts = [(state, [change.state for change in changes].count(state)) for state in ChangeState]
     return ", ".join(f"{count} {state.value}" for state, count in counts if count)
 
 
 class Setting:
-    """Sends one change over `connection` as often as it is told to, and takes in the answers.
+    """Sends one change over `connection`, on each `send`, and evaluates the answers.
 
-    `alone`: no other change is under way, so that a warning of the vehicle's may be taken for this one's reason.
+    `alone`: no other change is under way, so that a warning from the vehicle can be taken as the reason of a refusal.
     """
 
     def __init__(self, connection: Connection, table: Table, change: Change, alone: bool) -> None:
         self.change = change
         self.settled = False
-        self.due_s = float("-inf")  # when to send it again
+        self.due_s = float("-inf")  # when to send it next
         self._connection, self._table, self._alone = connection, table, alone
         self._present: float | None = None
         self._error: int | None = None
@@ -65,11 +65,11 @@ class Setting:
 
     @property
     def surprising(self) -> bool:
-        """Whether it was refused for a reason that the table does not have: another value may be in the way."""
+        """Whether it was refused for a reason not in the table: another parameter's value may be the cause."""
         return self._error is not None and not self._foreseen()
 
     def send(self) -> None:
-        """Send it, once more."""
+        """Send it, or send it again."""
         system, component = self._connection.target
         change = self.change
         self._connection.send(dialect.MAVLink_param_set_message(
@@ -81,7 +81,7 @@ class Setting:
         change.state = ChangeState.SENT
 
     def observe(self, message: Message) -> None:
-        """Take in what the vehicle says."""
+        """Evaluate a message from the vehicle."""
         name = self.change.name
         if isinstance(message, dialect.MAVLink_statustext_message):
             if self._alone and message.severity <= dialect.MAV_SEVERITY_WARNING:
@@ -98,7 +98,7 @@ class Setting:
                 self.give_up()
 
     def give_up(self) -> None:
-        """No more of it is sent: what was heard is the answer, if anything was."""
+        """Stop sending: what was received, if anything, is the answer."""
         change = self.change
         if self._error is not None:
             change.reason = explain(self._table, change.name, change.wanted, self._error, self._text)
@@ -116,12 +116,12 @@ class Setting:
 
 
 def refuses(error: dialect.MAVLink_param_error_message, name: str) -> bool:
-    """Whether this refusal is about `name`, and meant for this ground station or for all."""
+    """Whether this refusal concerns `name`, and is addressed to this ground station or to all."""
     return error.param_id == name and error.target_system in (0, GROUND_SYSTEM)
 
 
 def foreseen(table: Table, name: str, value: float, error: int) -> bool:
-    """Whether the table says by itself that setting `name` to `value` is refused with this MAV_PARAM_ERROR."""
+    """Whether the table explains why setting `name` to `value` is refused with this MAV_PARAM_ERROR."""
     parameter = table.get(name)
     if parameter is None:
         return error == dialect.MAV_PARAM_ERROR_DOES_NOT_EXIST
@@ -135,7 +135,7 @@ def foreseen(table: Table, name: str, value: float, error: int) -> bool:
 def explain(table: Table, name: str, value: float, error: int, text: str | None = None) -> str:
     """One line on why the vehicle answered the setting of `name` to `value` with this MAV_PARAM_ERROR.
 
-    `text` is a warning that the vehicle sent along: it speaks for a limit that is not in the table.
+    `text` is a warning that the vehicle sent with it: it names a limit that is not in the table.
     """
     if error == dialect.MAV_PARAM_ERROR_DOES_NOT_EXIST:
         return f"{name}: the kite has no such parameter"

@@ -1,4 +1,4 @@
-"""What of a parameter file can be sent, and a line for each thing that cannot."""
+"""Checks a parameter file before anything is sent."""
 
 from collections.abc import Collection
 from pathlib import Path
@@ -11,10 +11,10 @@ Values = dict[str, float]
 
 
 class CheckedFile:
-    """A parameter file against the table. `wanted` can be sent as far as the table knows.
+    """A parameter file, checked against the table. `wanted` are the values that the table allows.
 
     Raises:
-        ParameterFileError: the file cannot be read at all.
+        ParameterFileError: the file cannot be read.
     """
 
     def __init__(self, path: str | Path, table: dict[str, Parameter]) -> None:
@@ -33,11 +33,11 @@ class CheckedFile:
 
     @property
     def problems(self) -> list[str]:
-        """A line for each line of the file that cannot be sent, in the file's order."""
+        """A message for each line of the file that cannot be sent, in the file's order."""
         return [f"{self.path}:{line}: {problem}" for line, problem in sorted(self._problems)]
 
     def match(self, known: Collection[str], unknown: str = "the kite has no parameter") -> None:
-        """Hold the file against the names that are `known`; another one is a problem too, told as `unknown` NAME."""
+        """Report names that are not `known` as problems too, each in the words `unknown` NAME."""
         for name in [name for name in self.wanted if name not in known]:
             self._problems.append((self._lines[name], f"{unknown} {name}{closest(name, known)}"))
             del self.wanted[name]

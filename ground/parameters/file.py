@@ -1,4 +1,4 @@
-"""Parameter files of MAVProxy, Mission Planner and QGroundControl: reads all three as they come, writes each.
+"""Parameter files of MAVProxy, Mission Planner and QGroundControl: reads any of the three, writes each.
 
     MAVProxy         NAME value
     Mission Planner  NAME,value
@@ -24,28 +24,28 @@ _TITLES = {"qgroundcontrol": ["# Vehicle-Id Component-Id Name Value Type"]}
 
 
 class ParameterFileError(UsageError):
-    """A file that cannot be read or written as parameters; names the file and the line."""
+    """A parameter file cannot be read or written; the message names the file and the line."""
 
 
 class Entry(NamedTuple):
-    """A value (float32) and the line of the file where it stands, counted from 1."""
+    """A value (float32), and its line in the file, counted from 1."""
 
     value: float
     line: int
 
 
 class ParameterFile(NamedTuple):
-    """What a file holds: its parameters by name, in its order, and (line, what is wrong with it) for the others."""
+    """A file's parameters by name, in its order, and (line, problem) for each bad line."""
 
     entries: dict[str, Entry]
     problems: list[tuple[int, str]]
 
 
 def scan_parameter_file(path: str | Path) -> ParameterFile:
-    """Read a file as far as it can be read.
+    """Read a file, keeping the problems of bad lines.
 
     Raises:
-        ParameterFileError: no such file, not text, or nothing in it.
+        ParameterFileError: there is no such file, or it is not text, or empty.
     """
     try:
         text = Path(path).read_text("utf-8-sig")
@@ -74,7 +74,7 @@ def read_parameter_file(path: str | Path) -> dict[str, Entry]:
     """The parameters in a file, by name, in the file's order.
 
     Raises:
-        ParameterFileError: no such file, a line that is no parameter, a name twice, or no parameters at all.
+        ParameterFileError: no such file, a line that is not a parameter, a repeated name, or no parameters at all.
     """
     entries, problems = scan_parameter_file(path)
     if problems:
@@ -85,9 +85,9 @@ def read_parameter_file(path: str | Path) -> dict[str, Entry]:
 
 def write_parameter_file(path: str | Path, values: dict[str, float], heading: Sequence[str],
                          style: str = "mavproxy", system: int = 1) -> None:
-    """Write `values` in one of STYLES, under the comment lines `heading`; the whole file or nothing.
+    """Write `values` in one of STYLES, below the comment lines `heading`; all or nothing.
 
-    `system` is the vehicle's id, which QGroundControl wants to see.
+    `system` is the vehicle's id, which QGroundControl's format needs.
 
     Raises:
         ParameterFileError: the file cannot be written.
@@ -104,10 +104,10 @@ def write_parameter_file(path: str | Path, values: dict[str, float], heading: Se
 
 
 def parse_number(text: str) -> float:
-    """A finite float32 from its text.
+    """The finite float32 that `text` gives.
 
     Raises:
-        ValueError: it is not a number, or too large for a parameter.
+        ValueError: it is not a number, or not finite as a float32.
     """
     try:
         value = float32(float(text))
@@ -119,7 +119,7 @@ def parse_number(text: str) -> float:
 
 
 def format_value(value: float) -> str:
-    """The shortest decimal text that gives back this float32."""
+    """The shortest decimal text that reads back as this float32."""
     if value == int(value) and abs(value) < 1e9:
         return str(int(value))
     return next((text for digits in range(1, 9) if float32(float(text := f"{value:.{digits}g}")) == value),
@@ -127,7 +127,7 @@ def format_value(value: float) -> str:
 
 
 def _parse_line(line: str) -> tuple[str, float] | None:
-    """Name and value of a line, or None where it holds none. Raises ValueError where it is broken."""
+    """Name and value of a line, or None for an empty one. Raises ValueError if it is malformed."""
     content = line.partition("#")[0].strip()
     if not content:
         return None

@@ -1,4 +1,4 @@
-"""The whole list of parameters, as it comes in and with the holes that are left in it."""
+"""The parameter list as it arrives, and the gaps in it."""
 
 from collections.abc import Callable
 
@@ -9,7 +9,7 @@ Progress = Callable[[int, int], None]
 
 
 class Listing:
-    """The parameters that have come so far: (name, value) by index. `progress(n, total)` is told as they come."""
+    """The parameters received so far: (name, value) by index. `progress(n, total)` is called for each."""
 
     def __init__(self, progress: Progress | None) -> None:
         self.values: dict[int, tuple[str, float]] = {}
@@ -21,11 +21,11 @@ class Listing:
         return self.total is not None and len(self.values) >= self.total
 
     def holes(self) -> list[int]:
-        """Indices that have not come."""
+        """Indices not yet received."""
         return [index for index in range(self.total or 0) if index not in self.values]
 
     def missing(self, names: list[str]) -> str:
-        """What has not come, in words; `names` is the order that the vehicle's list is thought to have."""
+        """What is missing, in words; `names` are in the presumed order of the vehicle's list."""
         if self.total is None:
             return "parameter list (nothing received)"
         holes = self.holes()
@@ -33,7 +33,7 @@ class Listing:
         return f"{first} and {len(holes) - 1} more of {self.total}" if len(holes) > 1 else first
 
     def observe(self, time_s: float, message: Message, frame: bytes) -> None:
-        """Take in a PARAM_VALUE; one without an index of its own (65535) tells nothing here."""
+        """Add a PARAM_VALUE; one without an index (65535) is ignored."""
         if not isinstance(message, dialect.MAVLink_param_value_message) or message.param_index >= message.param_count:
             return
         self.total = message.param_count

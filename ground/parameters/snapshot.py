@@ -1,8 +1,8 @@
-"""The parameters as they were when this flight began, kept on disk so that the next command can go back to them.
+"""The parameters as they were when this flight began, kept on disk so that kite-ground can restore them later.
 
 One file per vehicle, `system-ID.param` in the user's state folder, in MAVProxy's form. It is taken once, by the first
-command that changes or reads the parameters, and stays until the vehicle is started anew, until `kite-ground arm`
-begins a flight, or until `kite-ground param snapshot`. What it takes the place of is kept beside it.
+verb that changes parameters, and holds until the vehicle restarts, `kite-ground arm` begins a flight, or
+`kite-ground param snapshot` replaces it. The snapshots that it replaces are kept beside it.
 """
 
 import os
@@ -14,13 +14,13 @@ from typing import NamedTuple
 
 from ground.errors import NoAnswerError, UsageError
 from ground.link.connection import VehicleClock
+from ground.parameters.client import ParameterClient
 from ground.parameters.file import ParameterFileError, scan_parameter_file, write_parameter_file
 from ground.parameters.listing import Progress
-from ground.session import Session
 from protocol.contract import CONTRACT_HASH
 
-_KEPT = 10  # earlier snapshots of a vehicle
-_CLOCK_S, _CLOCK_SHARE = 3.0, 0.002  # how far two clocks may be apart, and drift
+_KEPT = 10  # earlier snapshots per vehicle
+_CLOCK_S, _CLOCK_SHARE = 3.0, 0.002  # tolerated offset and drift between two clocks
 _UPTIME_WAIT_S = 4.0
 _FAST = 1.5
 
@@ -28,7 +28,7 @@ _FAST = 1.5
 class Snapshot(NamedTuple):
     """Values by name. Taken at `taken_s` (seconds since 1970), when the vehicle had been running for `uptime_s`.
 
-    `complete`: holds all of the vehicle's parameters, not only those that had to be kept at once.
+    `complete`: has all of the vehicle's parameters, not only those saved before a change.
     """
 
     values: dict[str, float]
@@ -37,22 +37,22 @@ class Snapshot(NamedTuple):
     complete: bool
 
 
-class SnapshotKeeper:
-    """Takes and finds the snapshot of the vehicle that `session` hears.
+class SnapshotStore:
+    """Takes and finds the snapshot of the vehicle whose parameters `client` reads.
 
-    `file` overrides where it is kept; `now` gives seconds since 1970.
+    `warn` receives one-line warnings. `file` overrides where the snapshot is kept; `now` gives seconds since 1970.
     """
 
-    def __init__(self, session: Session, file: str | Path | None = None,
+    def __init__(self, client: ParameterClient, warn: Callable[[str], None], file: str | Path | None = None,
                  now: Callable[[], float] = time.time) -> None:
-        self.path = Path(file) if file else state_folder() / f"system-{session.connection.target.system}.param"
-        self._session, self._now, self._stated = session, now, file is not None
+        self.path = Path(file) if file else state_folder() / f"system-{client.connection.target.system}.param"
+        self._client, self._warn, self._now, self._stated = client, warn, now, file is not None
 
     def find(self) -> Snapshot | None:
-        """The snapshot that holds: of this vehicle since it was started; None where there is none.
+        """The valid snapshot, of this vehicle since its start; None if there is none.
 
         Raises:
-            ParameterFileError: the file is there and cannot be read.
+            ParameterFileError: the file exists but cannot be read.
         """
         if not self.path.exists():
             return None
@@ -60,8 +60,8 @@ class SnapshotKeeper:
         return snapshot if self._stated or not self._is_of_another_start(snapshot) else None
 
     def protect(self, name: str) -> float:
-        """Have `name` in the snapshot before it is changed; returns its present value. One exchange, no more."""
-        value = self._session.parameters.fetch(name)
+        """Save `name` in the snapshot before it is changed, with a single exchange; return its present value."""
+        value = self._client.fetch(name)
         snapshot = self.find()
         if snapshot is None:
             self._write({name: value}, complete=False)
@@ -70,7 +70,7 @@ class SnapshotKeeper:
         return value
 
     def complete(self, values: dict[str, float]) -> None:
-        """Add what the snapshot does not have yet, from the vehicle's present `values`."""
+        """Add the missing parameters to the snapshot, from the vehicle's present `values`."""
         snapshot = self.find()
         if snapshot is None:
             self._write(values, complete=True)
@@ -78,23 +78,23 @@ class SnapshotKeeper:
             self._write({**values, **snapshot.values}, True, snapshot)
 
     def finish(self, progress: Progress | None = None) -> None:
-        """Fetch what the snapshot still lacks. A vehicle that does not answer is remarked upon, no more."""
+        """Fetch the parameters that the snapshot lacks. If the vehicle does not answer, only warn."""
         snapshot = self.find()
         if snapshot is not None and snapshot.complete:
             return
         try:
-            self.complete(self._session.parameters.fetch_all(progress))
+            self.complete(self._client.fetch_all(progress))
         except NoAnswerError as error:
-            self._session.notice(f"the snapshot is not complete: {error}")
+            self._warn(f"the snapshot is not complete: {error}")
 
     def renew(self, progress: Progress | None = None) -> dict[str, float]:
-        """From now on the vehicle's present values, which are returned, are what there is to go back to."""
-        values = self._session.parameters.fetch_all(progress)
+        """Replace the snapshot by the vehicle's present values; return them."""
+        values = self._client.fetch_all(progress)
         self._write(values, complete=True)
         return values
 
     def _is_of_another_start(self, snapshot: Snapshot) -> bool:
-        """Whether the vehicle's clock says that it was started anew since, or is another one of the same id."""
+        """Whether, by its clock, the vehicle has restarted since, or is another vehicle with the same id."""
         uptime_s = self._uptime()
         if uptime_s is None:
             return False
@@ -104,16 +104,16 @@ class SnapshotKeeper:
         return ahead_s < -slack_s or (ahead_s > slack_s and not self._runs_fast())
 
     def _uptime(self) -> float | None:
-        """For how long the vehicle runs [s], from its answers to TIMESYNC; None where none comes."""
-        connection = self._session.connection
+        """How long the vehicle has been running [s], from its answers to TIMESYNC; None without an answer."""
+        connection = self._client.connection
         connection.wait_until(lambda: connection.vehicle_clock is not None, _UPTIME_WAIT_S)
         if connection.vehicle_clock is None:
             return None
         return connection.vehicle_clock.uptime_s + connection.clock() - connection.vehicle_clock.heard_s
 
     def _runs_fast(self) -> bool:
-        """Whether the vehicle's time passes faster than ours: it is simulated."""
-        connection = self._session.connection
+        """Whether the vehicle's clock runs faster than ours, as in a simulation."""
+        connection = self._client.connection
         first = connection.vehicle_clock or VehicleClock(0.0, 0.0)
         connection.wait_until(lambda: (connection.vehicle_clock or first).heard_s > first.heard_s + 0.9, _UPTIME_WAIT_S)
         last = connection.vehicle_clock or first
@@ -129,12 +129,12 @@ class SnapshotKeeper:
             raise UsageError(f"{self.path}: cannot write the snapshot: {error.strerror}; "
                              "give another file with --snapshot") from None
         write_parameter_file(self.path, values, (
-            f"kitepilot snapshot of system {self._session.connection.target.system}, contract {CONTRACT_HASH}",
+            f"kitepilot snapshot of system {self._client.connection.target.system}, contract {CONTRACT_HASH}",
             f"taken: {datetime.fromtimestamp(taken_s, UTC).isoformat()}", f"uptime: {uptime_s:.3f}",
             f"complete: {'yes' if complete else 'no'}"))
 
     def _put_aside(self) -> None:
-        """Keep the snapshot that is there under the time when it was taken, and the latest few of these."""
+        """Rename the existing snapshot by its date, and keep the latest few of these."""
         if self._stated or not self.path.exists():
             return
         stamp = datetime.fromtimestamp(self.path.stat().st_mtime, UTC).strftime("%Y%m%d-%H%M%S")
@@ -144,16 +144,16 @@ class SnapshotKeeper:
 
 
 def state_folder() -> Path:
-    """Where snapshots are kept: below $XDG_STATE_HOME, or ~/.local/state."""
+    """The folder of snapshots: below $XDG_STATE_HOME, or ~/.local/state."""
     base = os.environ.get("XDG_STATE_HOME")
     return (Path(base) if base else Path.home() / ".local" / "state") / "kitepilot"
 
 
 def read_snapshot(path: Path) -> Snapshot:
-    """A snapshot from its file; a parameter file that nobody has dated was taken when it was written.
+    """Read a snapshot; a parameter file without a date counts as taken when it was last written.
 
     Raises:
-        ParameterFileError: it cannot be read, or a line is broken.
+        ParameterFileError: it cannot be read, or a line is malformed.
     """
     entries, problems = scan_parameter_file(path)
     if problems:
@@ -175,7 +175,7 @@ def read_snapshot(path: Path) -> Snapshot:
 
 
 def describe_age(snapshot: Snapshot, now_s: float) -> str:
-    """When it was taken, in words."""
+    """When the snapshot was taken, in words."""
     minutes = max(now_s - snapshot.taken_s, 0.0) / 60.0
     at = datetime.fromtimestamp(snapshot.taken_s).astimezone().strftime("%Y-%m-%d %H:%M:%S")
     return f"{at}, {minutes:.0f} min ago" if minutes >= 1.0 else f"{at}, just now"

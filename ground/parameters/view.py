@@ -1,4 +1,4 @@
-"""Parameters as a person reads them: values with unit, limits and what they are for, and differences."""
+"""Parameters as text: values with unit, limits and meaning, and differences."""
 
 import shutil
 import sys
@@ -10,12 +10,12 @@ Values = dict[str, float]
 
 
 def width() -> int | None:
-    """Columns of the terminal, or None where the output goes elsewhere and is not to be cut."""
+    """Columns of the terminal, or None if the output goes elsewhere and must not be cut."""
     return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
 
 
 def row(name: str, parameter: Parameter | None, value: float) -> str:
-    """A line of a list: a * where it is not at its default, value, unit, limits, and the first clause of its text."""
+    """A line of a list: * if not at the default, name, value, unit, limits, first clause of the documentation."""
     mark = "*" if is_changed(parameter, value) else " "
     if parameter is None:
         return f"{mark} {name:<16} {format_value(value):>12}        not known to this ground station"
@@ -24,14 +24,14 @@ def row(name: str, parameter: Parameter | None, value: float) -> str:
 
 
 def sheet(name: str, parameter: Parameter, value: float) -> list[str]:
-    """All about one parameter."""
+    """One parameter in full, as lines."""
     notes = [f"{limits(parameter)} {parameter.unit}".rstrip(), f"default {parameter.default:g}"]
     notes += ["read-only"] if parameter.read_only else ["only while disarmed"] if parameter.disarmed_only else []
     return [f"{name} = {format_value(value)} {parameter.unit}".rstrip(), f"  {parameter.text}", f"  {', '.join(notes)}"]
 
 
 def differences(table: dict[str, Parameter], present: Values, other: Values, heading: str) -> list[str]:
-    """A table of `other` against the vehicle's `present` values, with units and what they are for."""
+    """A table of `other` values next to the vehicle's `present` ones, with units and meaning."""
     lines = [f"{'':<16} {'kite':>12} {heading:>12}"]
     for name, value in other.items():
         parameter = table.get(name)
@@ -42,7 +42,7 @@ def differences(table: dict[str, Parameter], present: Values, other: Values, hea
 
 
 def facts(parameter: Parameter | None, value: float) -> dict[str, float | str | None]:
-    """The same for a script."""
+    """One parameter as a dictionary, for scripts."""
     shortest = float(format_value(value))
     if parameter is None:
         return {"value": shortest, "unit": None, "default": None, "least": None, "greatest": None, "text": None}
@@ -51,7 +51,7 @@ def facts(parameter: Parameter | None, value: float) -> dict[str, float | str | 
 
 
 def is_changed(parameter: Parameter | None, value: float) -> bool:
-    """Whether it is known not to be at its default."""
+    """Whether it is known to differ from its default."""
     return parameter is not None and value != parameter.default
 
 
@@ -68,5 +68,5 @@ def short(text: str) -> str:
 
 
 def counted(number: int) -> str:
-    """So many parameters."""
+    """The number with its noun: "1 parameter", "2 parameters"."""
     return f"{number} parameter{'' if number == 1 else 's'}"

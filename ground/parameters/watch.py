@@ -1,22 +1,20 @@
-"""Follows parameters: says when one of them changes, whoever changed it."""
+"""Watches parameters for changes by any ground station."""
 
 from collections.abc import Callable
 
-from ground.link.connection import SILENCE_S
+from ground.link.connection import SILENCE_S, Connection
 from ground.link.framing import Message
 from ground.parameters.file import format_value
-from ground.session import Session
 from protocol import dialect
 
 
-def watch(session: Session, values: dict[str, float], every_s: float, duration_s: float,
+def watch(connection: Connection, values: dict[str, float], every_s: float, duration_s: float,
           told: Callable[[str], None]) -> None:
-    """For `duration_s` [s], tell a line whenever one of `values` (which follows) turns out to have another value.
+    """For `duration_s` [s], pass `told` a line for each change of one of `values`, which is updated.
 
-    What the vehicle announces is heard at once; besides, each is asked for once in `every_s` [s], because the vehicle
-    need not announce to us what another ground station has set.
+    Changes that the vehicle announces are noticed at once; each parameter is also requested every `every_s` [s], as the
+    vehicle need not announce to us what another ground station has set.
     """
-    connection = session.connection
     start_s = connection.clock()
 
     def observe(time_s: float, message: Message, frame: bytes) -> None:

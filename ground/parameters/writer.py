@@ -1,4 +1,4 @@
-"""Writes many parameters at a time over a link that loses and delays."""
+"""Writes many parameters over a link with loss and delay."""
 
 from collections.abc import Sequence
 
@@ -6,13 +6,13 @@ from ground.link.connection import SILENCE_S, Connection
 from ground.link.framing import Message
 from ground.parameters.changes import RENAMING, Change, ChangeState, Setting, Table, Told
 
-AT_ONCE = 8  # under way at a time: a slow link stays free for telemetry, a slow answer holds nobody else up
+AT_ONCE = 8  # under way at a time: a slow link stays free for telemetry, a slow answer delays no other
 
 
 class ParameterWriter:
     """Sends each change until the vehicle acknowledges or refuses it, `attempts` times at most.
 
-    `retries` counts what was sent more than once.
+    `retries` counts the repeated requests.
     """
 
     def __init__(self, connection: Connection, table: Table, attempts: int) -> None:
@@ -21,11 +21,10 @@ class ParameterWriter:
         self._started_s = connection.clock()
 
     def write(self, changes: Sequence[Change], told: Told) -> None:
-        """Carry `changes` out, each with its state; `told` is called with one whenever that has its answer.
+        """Send `changes` and update their states; `told` is called with each when it has its answer.
 
-        What is refused for a reason that the table does not have is tried again after the others, one at a time, for
-        as long as any of them is taken: a wider curve may have to wait until its centre is higher. A new SYSTEM_ID
-        goes last.
+        Those refused for a reason not in the table are retried after the others, one at a time, as long as any is
+        accepted: a wider eight may have to wait until its centre is higher. A new SYSTEM_ID goes last.
         """
         self._started_s = self._connection.clock()
         first = [change for change in changes if change.name != RENAMING]
@@ -38,7 +37,7 @@ class ParameterWriter:
         self._carry_out([change for change in changes if change.name == RENAMING], told)
 
     def _carry_out(self, changes: Sequence[Change], told: Told) -> list[Change]:
-        """Send `changes` until each is settled; returns those that another value may have been in the way of."""
+        """Send `changes` until each is settled; return those refused perhaps because of another value."""
         waiting = [Setting(self._connection, self._table, change, alone=len(changes) == 1) for change in changes]
         under_way: list[Setting] = []
         surprised: list[Change] = []

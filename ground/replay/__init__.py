@@ -1,1 +1,1 @@
-"""A recorded flight played back to ground stations, as if the vehicle were there."""
+"""Replay of a recorded flight to ground stations, as if the vehicle were flying."""

@@ -1,6 +1,6 @@
-"""What a recorded flight can answer: parameters, messages that it holds, the time; everything else is refused at once.
+"""Answers of a replay: parameters, recorded messages, the time; everything else is refused at once.
 
-A replay is no vehicle: it takes no command and no value. It says so, as silence would leave a ground station waiting.
+A replay accepts neither commands nor values. It says so, as silence would leave a ground station waiting.
 """
 
 import struct
@@ -23,7 +23,7 @@ _NO_COMMANDS = b"replay: a flight of the past takes no command"
 
 
 class ReplayAnswers:
-    """Answers requests for one vehicle of `log`. `parameters` are what the log tells of them."""
+    """Answers requests to one vehicle of `log`, whose recorded parameters are `parameters`."""
 
     def __init__(self, log: MessageLog, vehicle: Address, parameters: LoggedParameters) -> None:
         self.vehicle = vehicle
@@ -46,9 +46,9 @@ class ReplayAnswers:
         }
 
     def answer(self, request: Received, position_s: float) -> list[bytes]:
-        """Frames that answer `request`, as of `position_s` [s] in the log; none where it is not for this vehicle.
+        """Frames that answer `request` at `position_s` [s] in the log; none if it is not for this vehicle.
 
-        Their sequence numbers mean nothing.
+        Their sequence numbers are yet to be set.
         """
         message = request.message
         handler = self._handlers.get(request.header.message)
@@ -63,10 +63,10 @@ class ReplayAnswers:
         return [answer if isinstance(answer, bytes) else answer.pack(self._packer) for answer in answers]
 
     def rewritten(self, entry: Logged) -> Logged:
-        """This entry of the log, with the place of a parameter that the answers tell as well.
+        """This entry of the log; a PARAM_VALUE gets the index and count that the answers give.
 
-        Where the log has only some of the vehicle's parameters, those are all that there are: else a ground station
-        would ask for the others for ever.
+        If the log has only some of the vehicle's parameters, it presents those as all: otherwise a ground station would
+        request the others for ever.
         """
         message = entry.message
         if self._parameters.complete or not isinstance(message, dialect.MAVLink_param_value_message):
@@ -111,7 +111,7 @@ class ReplayAnswers:
         return [_acknowledge(asked, asker, dialect.MAV_RESULT_ACCEPTED), entries[max(at, 0)].frame]
 
     def _time(self, asked: dialect.MAVLink_timesync_message, asker: Address, position_s: float) -> list[_Answer]:
-        """The vehicle's clock at this point of the flight, as far as the log tells; else the log's own time."""
+        """The vehicle's clock at this point of the flight, or the log's time if the log does not have it."""
         if asked.tc1:
             return []
         at = bisect_right(self._clock, (position_s, float("inf"))) - 1
@@ -131,7 +131,7 @@ class ReplayAnswers:
         return [bytes(count.pack(common.MAVLink(None, *self.vehicle)))]
 
     def _no_file(self, asked: Any, asker: Address, position_s: float) -> list[_Answer]:
-        """Every session ends well, and no file is there: a ground station then asks for parameters one by one."""
+        """Sessions end without error, and there are no files: a ground station then requests single parameters."""
         from pymavlink.dialects.v20 import common  # noqa: PLC0415
 
         sequence, session, operation, _, _, _, _ = _FTP_REPLY.unpack_from(bytes(asked.payload))
@@ -146,7 +146,7 @@ class ReplayAnswers:
 
 
 def _decode_with_the_standard(frame: bytes) -> Any:
-    """A message that ground stations send and the kite's own dialect does not have; None where it is broken."""
+    """A message of common.xml that the kite's dialect lacks; None if it is damaged."""
     from pymavlink.dialects.v20 import common  # noqa: PLC0415
 
     try:

@@ -1,4 +1,4 @@
-"""A replay at the terminal: where it is, and keys that pause it and change its speed."""
+"""A replay in a terminal: its position, and keys that pause it and change its speed."""
 
 import contextlib
 import os
@@ -19,13 +19,13 @@ _LONG_S = 3600.0
 
 
 class Keys:
-    """Single key presses from the terminal, as a context manager; none where there is no terminal to read."""
+    """Single key presses, as a context manager; none if there is no terminal."""
 
     def __init__(self) -> None:
         self._restore: Callable[[], None] | None = None
 
     def __enter__(self) -> "Keys":
-        with contextlib.suppress(ImportError, OSError, ValueError):  # no such thing on Windows
+        with contextlib.suppress(ImportError, OSError, ValueError):  # not on Windows
             self._restore = _one_by_one(sys.stdin.fileno())
         return self
 
@@ -36,18 +36,18 @@ class Keys:
 
     @property
     def there(self) -> bool:
-        """Whether there are any."""
+        """Whether keys can be read."""
         return self._restore is not None
 
     def pressed(self) -> str:
-        """The next key, or "" where none was pressed."""
+        """The next key, or "" if none was pressed."""
         if self._restore is None or not select.select([sys.stdin], [], [], 0.0)[0]:
             return ""
         return os.read(sys.stdin.fileno(), 1).decode("ascii", "replace")
 
 
 def run(replay: Replay, clock: Clock, output: TextIO) -> None:
-    """Replay until it is over, `q` or Ctrl-C; shows progress on `output` where that is a terminal."""
+    """Replay until the end, `q` or Ctrl-C; show progress on `output` if that is a terminal."""
     shown_s = float("-inf")
     with Keys() as keys, contextlib.suppress(KeyboardInterrupt):
         hint = "space pauses, + and - change the speed, q quits" if keys.there else "Ctrl-C ends"
@@ -66,7 +66,7 @@ def run(replay: Replay, clock: Clock, output: TextIO) -> None:
 
 
 def status_line(replay: Replay) -> str:
-    """Where a replay is, and what the vehicle does there."""
+    """Position and speed of a replay, and the vehicle's mode there."""
     beat = replay.beat
     state = f"{mode_name(beat.custom_mode)}, {'armed' if is_armed(beat) else 'disarmed'}" if beat is not None else ""
     pace = "paused" if replay.paused else f"speed {replay.speed:g}"
@@ -74,7 +74,7 @@ def status_line(replay: Replay) -> str:
 
 
 def minutes(seconds: float) -> str:
-    """A time as a person reads it: 1:05.2."""
+    """A time in minutes and seconds: 1:05.2."""
     tenths = round(seconds * 10.0)
     return f"{tenths // 600}:{tenths % 600 / 10.0:04.1f}"
 
@@ -89,7 +89,7 @@ def _obey(replay: Replay, key: str) -> None:
 
 
 def _one_by_one(file: int) -> Callable[[], None]:
-    """Let keys come as they are pressed, and return what puts the terminal back. Raises OSError where it is none."""
+    """Read keys one by one; return a function that restores the terminal. Raises OSError if it is not a terminal."""
     import termios  # noqa: PLC0415  (not on Windows)
     import tty  # noqa: PLC0415
 

@@ -1,4 +1,4 @@
-"""Feeds a recorded flight back to a ground station with its timing, on a clock and a transport that are handed in."""
+"""Replays a recorded flight to a ground station with its timing, on a given clock and transport."""
 
 from bisect import bisect_left
 
@@ -11,18 +11,18 @@ from ground.replay.answers import ReplayAnswers
 from ground.replay.numbering import Numbering
 from protocol.frame import Address, read_header
 
-_ANSWERS = {  # of ids: what a vehicle said to somebody else, which a ground station of today would take for its own
+_ANSWERS = {  # by id: answers to others, which the present ground station would take for its own
     4: "PING", 44: "MISSION_COUNT", 47: "MISSION_ACK", 77: "COMMAND_ACK", 110: "FILE_TRANSFER_PROTOCOL",
     111: "TIMESYNC", 345: "PARAM_ERROR"}
-_BEAT_S = 1.2  # a pause or a low speed leaves no longer between heartbeats; ground stations give up after 3 s
+_BEAT_S = 1.2  # the longest time between heartbeats in a pause or at low speed; ground stations give up after 3 s
 _AT_ONCE = 100
 SLOWEST, FASTEST = 1 / 64, 1024.0
 
 
 class Replay:
-    """Sends what the vehicles of `log` sent from `from_s` until `to_s` [s], `speed` times as fast, and answers.
+    """Sends what the vehicles of `log` sent from `from_s` to `to_s` [s], `speed` times as fast, and answers requests.
 
-    Answers to others that the log holds, and frames of ground stations, are left out. Everything happens in `poll`.
+    Recorded answers to others, and frames of ground stations, are omitted. Everything happens in `poll`.
     """
 
     def __init__(self, log: MessageLog, transport: Transport, clock: Clock, speed: float = 1.0, from_s: float = 0.0,
@@ -44,13 +44,13 @@ class Replay:
 
     @property
     def position_s(self) -> float:
-        """How far into the log it is [s]."""
+        """Position in the log [s]."""
         elapsed_s = 0.0 if self._paused else (self._clock() - self._anchor_clock_s) * self._speed
         return min(self._anchor_s + elapsed_s, self.to_s)
 
     @property
     def paused(self) -> bool:
-        """Whether the flight stands still; heartbeats go on."""
+        """Whether the replay is paused; heartbeats continue."""
         return self._paused
 
     @paused.setter
@@ -60,7 +60,7 @@ class Replay:
 
     @property
     def speed(self) -> float:
-        """How many times as fast as it was flown."""
+        """Speed, relative to that of the flight."""
         return self._speed
 
     @speed.setter
@@ -69,7 +69,7 @@ class Replay:
         self._speed = min(max(speed, SLOWEST), FASTEST)
 
     def poll(self, timeout_s: float) -> bool:
-        """Send what is due, wait up to `timeout_s` [s] for what comes, and answer it. Whether there is more to send.
+        """Send what is due, wait up to `timeout_s` [s] for requests, and answer them; return whether it goes on.
 
         Raises:
             LinkError: the link is broken.
@@ -114,7 +114,7 @@ class Replay:
                 self._beats[entry.sender] = (self._clock(), entry.frame)
 
     def _upcoming(self) -> Logged | None:
-        """The next to send, or None when this lap has no more."""
+        """The next entry to send, or None at the end of this lap."""
         entry = self._entries[self._next] if self._next < len(self._entries) else None
         return entry if entry is not None and entry.time_s <= self.to_s else None
 
@@ -125,7 +125,7 @@ class Replay:
             self._start_lap()
 
     def _until_next_s(self) -> float:
-        """Time until something is due [s]."""
+        """Time until the next entry or heartbeat is due [s]."""
         if self._paused:
             return _BEAT_S
         entry = self._upcoming()
@@ -133,7 +133,7 @@ class Replay:
         return min((due_s - self.position_s) / self._speed, _BEAT_S)
 
     def _keep_beating(self) -> None:
-        """Repeat heartbeats where the replay, not the recorded link, is why none comes."""
+        """Repeat heartbeats if the replay, not the recorded link, is the reason why none is due."""
         if not self._paused and self._speed >= 1.0:
             return
         for address, (sent_s, frame) in list(self._beats.items()):

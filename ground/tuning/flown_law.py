@@ -1,4 +1,4 @@
-"""Which law a kite flies by, and what that law allows: the limit of P, what settles best, what follows the eight best.
+"""The control law in use, and what it allows: the limit of P, the best P for settling, and for following the eight.
 
 The theory is in kite_analysis/delay/flown_loop.py, and in docs/delay.md in words.
 """
@@ -16,17 +16,17 @@ from protocol.parameter_table import float32
 
 _SETTINGS = ("PRED_DELAY", "FF_GAIN", "FF_FILTER", "GAIN_TAU")
 _EIGHT = ("EIGHT_AZIMUTH", "EIGHT_ELEVATION", "EIGHT_HALF_W", "EIGHT_HALF_H", "EIGHT_DIRECTION")
-WRONG_DELAY = 0.25  # the share of the delay that a prediction may be wrong by
-_TICK_S = 0.02  # what a firmware on a clock of its own waits for its samples
-_MARGIN = 2.0  # of P
-_WORTH = 0.85  # of the error: less of a gain than that is within what a flight varies by
-_LIKELY = (0.3, 2.0)  # what was measured over what the equation says: beyond, something else makes the error
-_FLIES_RAD = math.radians(60.0)  # a turning-angle error as of a kite that is on its eight
+WRONG_DELAY = 0.25  # relative error of the predicted delay to allow for
+_TICK_S = 0.02  # for which a sample may wait, if the firmware runs on its own clock
+_MARGIN = 2.0  # gain margin of P
+_WORTH = 0.85  # of the error: a smaller improvement is within the variation of a flight
+_LIKELY = (0.3, 2.0)  # measured over computed error: outside, something else causes the error
+_FLIES_RAD = math.radians(60.0)  # turning-angle error, RMS, of a kite that still follows its eight
 _LEAST_SHARE, _TRIED = 0.1, 60
 
 
 class FlownLaw(NamedTuple):
-    """The law, by the vehicle's own parameters; `eight` is what it follows, None where it is not in TRACK."""
+    """The control law, from the vehicle's parameters; `eight` is None unless in TRACK."""
 
     predicted_s: float
     feed_forward: float
@@ -36,7 +36,7 @@ class FlownLaw(NamedTuple):
 
     @property
     def name(self) -> str:
-        """What is flown, in words."""
+        """The law in words."""
         fed = f"target rate fed forward (FF_GAIN {self.feed_forward:.3g})" if self.feed_forward else ""
         if self.predicted_s:
             return f"prediction over PRED_DELAY = {self.predicted_s:.4g} s" + (f", {fed}" if fed else "")
@@ -44,12 +44,12 @@ class FlownLaw(NamedTuple):
 
 
 class FlownAdvice(NamedTuple):
-    """P [1/s] for the law that is flown; None where it is not known. Errors are cross-track, RMS [rad].
+    """P [1/s] for the law in use; None where unknown. Errors are cross-track, RMS [rad].
 
-    `limit`: of P; `wrong_limit`: the least one for a prediction that is a quarter too short or too long. `settling` and
-    `following` are the best P for either; `following_rad` and `present_rad` are what the equation gives for the eight
-    at the best P and at the present one, and `measured_rad` is what was flown. `proposal` is P to set, or None;
-    `reason` says why in either case. `urgent`: the kite is running away.
+    `limit`: of P; `wrong_limit`: the lower of its values with a delay 25 % shorter or longer than predicted. `settling`
+    and `following`: the best P for each; `following_rad` and `present_rad`: the computed errors on the eight at the
+    best P and at the present one; `measured_rad`: the error in flight. `proposal`: the P to set, or None; `reason` says
+    why in either case. `urgent`: the flight is diverging.
     """
 
     law: FlownLaw
@@ -67,7 +67,7 @@ class FlownAdvice(NamedTuple):
 
 
 def read_law(session: Session) -> FlownLaw:
-    """Ask the vehicle for its law. Raises VehicleError as `ParameterClient.fetch`."""
+    """Read the law from the vehicle's parameters. Raises VehicleError as `ParameterClient.fetch`."""
     values = {name: session.parameters.fetch(name) for name in _SETTINGS}
     eight = None
     if session.state.mode_name == "TRACK":
@@ -78,9 +78,9 @@ def read_law(session: Session) -> FlownLaw:
 
 def advise_on(law: FlownLaw, advice: GainAdvice, speed: float | None, outer_l: float,
               flown: Effect | None) -> FlownAdvice:
-    """What suits `law` with the delay and P of `advice`, at `speed` over line length [1/s], where that is known.
+    """Advice for `law` with the delay and P of `advice`, at `speed` over line length [1/s], if known.
 
-    `flown` is what was measured in flight just now.
+    `flown` are the errors just measured in flight.
     """
     if law.predicted_s:
         return _decided(_with_prediction(law, advice, speed, outer_l, flown), advice, flown)
@@ -109,7 +109,7 @@ def _without_prediction(law: FlownLaw, advice: GainAdvice, speed: float | None, 
 
 def _with_prediction(law: FlownLaw, advice: GainAdvice, speed: float | None, outer_l: float,
                      flown: Effect | None) -> FlownAdvice:
-    """With a perfect prediction the delay leaves the loop; what is left is for a delay that is a quarter wrong."""
+    """A perfect prediction removes the delay from the loop; the gains must allow for a delay that is 25 % off."""
     tau_s = law.predicted_s
     best = 1.0 / (math.e * (WRONG_DELAY * tau_s + 0.5 / advice.loop_hz))
     limit, wrong = advice.loop_hz, None
@@ -123,7 +123,7 @@ def _with_prediction(law: FlownLaw, advice: GainAdvice, speed: float | None, out
 
 
 def _decided(found: FlownAdvice, advice: GainAdvice, flown: Effect | None) -> FlownAdvice:
-    """With verdict, proposal and reason. What was measured counts more than what the equation says."""
+    """Add verdict, proposal and reason. Measured errors take precedence over computed ones."""
     law, present = found.law, advice.present
     on_the_eight = flown is not None and law.eight is not None and flown.turning_rad < _FLIES_RAD
     beyond = present >= found.limit or present >= (found.wrong_limit or math.inf)
@@ -190,7 +190,7 @@ def _cross_track(flown: Effect | None) -> float | None:
 
 
 def describe_flown(found: FlownAdvice, advice: GainAdvice) -> list[str]:
-    """What is flown and what suits it, as lines."""
+    """The law in use and its gains, as lines."""
     law = found.law
     lines = [f"flown: {law.name}", f"       {'follows the eight' if law.eight else 'settles (not in TRACK)'}"]
     if law.predicted_s:
@@ -214,7 +214,7 @@ def _prediction_line(law: FlownLaw, delay_s: float) -> str:
 
 
 def flown_as_dictionary(found: FlownAdvice) -> dict[str, Any]:
-    """The same for a script."""
+    """The advice as a dictionary, for scripts."""
     law = found.law._asdict()
     eight = law.pop("eight")
     return {**found._asdict(), "law": {**law, "name": found.law.name, "follows_the_eight": eight is not None}}

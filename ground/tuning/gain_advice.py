@@ -1,4 +1,4 @@
-"""Advice on the inner loop's gain P for a given delay, alone and with the outer loop; where the present gains stand."""
+"""Advice on the inner loop's gain P for a given delay, alone and with the outer loop; verdict on the present gains."""
 
 import math
 from typing import Any, NamedTuple
@@ -14,11 +14,11 @@ from protocol.parameter_table import float32
 GAIN_NAME = "INNER_P"
 OUTER_NAME = "OUTER_L"
 RATE_NAME = "LOOP_HZ"
-LEAST_SPEED_OVER_LENGTH = 1e-3  # slower than this a kite stands [1/s]
+LEAST_SPEED_OVER_LENGTH = 1e-3  # a slower kite counts as not flying [1/s]
 
 
 class GainAdvice(NamedTuple):
-    """Times in s, rates in Hz, gains in 1/s. `sampled` is what holds with the loop's own half period counted in."""
+    """Times in s, rates in Hz, gains in 1/s. Those named `sampled` include half a loop period in the delay."""
 
     delay_s: float
     loop_hz: float
@@ -28,11 +28,11 @@ class GainAdvice(NamedTuple):
     optimum: float
     sampled_limit: float
     sampled_optimum: float
-    whole: Design | None = None  # with the outer loop, where the kite's speed is known
+    whole: Design | None = None  # with the outer loop, if the kite's speed is known
 
     @property
     def proposal(self) -> float:
-        """The gain to write: 1 / (e tau), as a float32."""
+        """The gain to set: 1 / (e tau), as a float32."""
         return float32(self.optimum)
 
 
@@ -40,7 +40,7 @@ def advise(delay_s: float, loop_hz: float, present: float) -> GainAdvice:
     """Advice for dead time `delay_s` [s] of links and actuator, and a loop at `loop_hz` [Hz] with gain `present`.
 
     Raises:
-        UsageError: the delay or the rate is not one.
+        UsageError: the delay or the rate is not valid.
     """
     try:
         sampled_s = loop_delay(delay_s, loop_hz)
@@ -54,7 +54,7 @@ def with_outer_loop(advice: GainAdvice, speed_over_length: float, outer_l: float
     """The same advice with the whole loop's numbers, at `speed_over_length` [1/s] and the outer gain `outer_l`.
 
     Raises:
-        UsageError: so fast a kite cannot be flown with this delay.
+        UsageError: a kite this fast cannot be flown with this delay.
     """
     try:
         whole = design(Loop(advice.loop_delay_s, speed_over_length), Gains(advice.present, outer_l))
@@ -64,7 +64,7 @@ def with_outer_loop(advice: GainAdvice, speed_over_length: float, outer_l: float
 
 
 def speed_over_length(state: VehicleState) -> float | None:
-    """The kite's speed across the sky over its distance [1/s], as it last told; None if it stands, or is silent."""
+    """The kite's speed across the sky over its distance [1/s], as last reported; None if not flying or not reported."""
     position = state.position
     if position is None:
         return None
@@ -74,7 +74,7 @@ def speed_over_length(state: VehicleState) -> float | None:
 
 
 def verdict(advice: GainAdvice, gain: float) -> str:
-    """What the loop does with `gain`, in words."""
+    """How the loop behaves with `gain`, in words."""
     if gain <= 0.0:
         return "no steering: P is 0"
     if gain >= advice.limit:
@@ -99,7 +99,7 @@ def describe(advice: GainAdvice) -> list[str]:
 
 
 def as_dictionary(advice: GainAdvice) -> dict[str, Any]:
-    """The advice for a script; keys carry the units that are not 1/s. `whole_loop` is null where it is not known."""
+    """The advice as a dictionary, for scripts; keys carry units other than 1/s. `whole_loop` is None if not known."""
     whole = advice.whole and whole_loop_dictionary(advice.whole, advice.delay_s, advice.loop_hz)
     stable = 0.0 < advice.present < advice.sampled_limit and (advice.whole is None or is_stable(advice.whole))
     paper = {name: value for name, value in advice._asdict().items() if name != "whole"}
@@ -108,7 +108,7 @@ def as_dictionary(advice: GainAdvice) -> dict[str, Any]:
 
 
 def check_proposal(advice: GainAdvice) -> None:
-    """Raises UsageError where the optimum for tau alone would be unstable: in a loop as slow, or with L, as this."""
+    """Raises UsageError if the optimum for tau alone would be unstable at this loop rate, or with this L."""
     if advice.proposal >= advice.sampled_limit:
         raise UsageError(f"not set: 1 / (e tau) = {advice.proposal:.4g} is unstable at {advice.loop_hz:g} Hz, "
                          f"where the limit is {advice.sampled_limit:.4g}: raise {RATE_NAME}, or set a lower gain")

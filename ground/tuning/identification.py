@@ -1,4 +1,4 @@
-"""Identifies the kite that flies: K, gravity and the loop's delay from live telemetry, and settings that suit them."""
+"""Identifies the kite in flight: K, gravity and the loop's delay from telemetry; proposes settings for them."""
 
 import math
 from collections.abc import Iterator
@@ -17,16 +17,16 @@ if TYPE_CHECKING:
     from kite_analysis.identification.actuator_fit import ActuatorFit
     from kite_analysis.identification.turning_rate_fit import LawFit
 
-_WRONG_DELAY = 0.25  # the share of the delay that the gains tolerate to be wrong
-_NO_SLEWING = 0.9995  # share of the turning that a mere delay explains where the actuator needs no time
-_RATE_SLACK = 0.1  # steering that a rate-limited actuator is behind by, as in docs/delay.md
+_WRONG_DELAY = 0.25  # relative error of the delay that the gains tolerate
+_NO_SLEWING = 0.9995  # fraction of the turning that a pure delay explains if the actuator needs no time to slew
+_RATE_SLACK = 0.1  # steering by which a rate-limited actuator lags, as in docs/delay.md
 
 
 class Identified(NamedTuple):
-    """The kite, as its telemetry tells it.
+    """The kite, as identified from its telemetry.
 
-    `actuator`'s dead time counts from a sample of the usual age to the reply: the loop's delay tau [s], of samples,
-    steering link and actuator. `sample_age_s` is None where the sensors' clock is not the firmware's.
+    `actuator`'s dead time counts from a sample of the usual age to the response: the loop's delay tau [s], of samples,
+    steering link and actuator. `sample_age_s` is None if sensors and firmware have different clocks.
     """
 
     law: "LawFit"
@@ -37,10 +37,10 @@ class Identified(NamedTuple):
 
 
 def identify_in_flight(session: Session, history: StateHistory, seconds: float, loop_hz: float) -> Identified:
-    """Watch `seconds` of flight, a state for each tick of the loop, and fit law and actuator to it.
+    """Watch `seconds` [s] of flight, with a state for each tick of the loop, and fit law and actuator.
 
     Raises:
-        UsageError: this flight does not tell, with the reason.
+        UsageError: they cannot be identified from this flight, with the reason.
         NoAnswerError: the kite fell silent.
     """
     from kite_analysis.flights.description import FlightDataError  # noqa: PLC0415
@@ -62,10 +62,10 @@ def identify_in_flight(session: Session, history: StateHistory, seconds: float, 
 
 
 def _dead_time(loop: LoopDelay, sampled_s: float, half_s: float) -> float:
-    """The loop's dead time [s], from the actuator's reply and from the kite's turning.
+    """The loop's dead time [s], from the actuator's response and from the kite's turning.
 
-    The reply is seen in samples: `sampled_s`, up to `half_s` [s] more or less. The turning tells the whole of dead time
-    and slewing: the dead time itself where the steering explains all of it, and else no less than that.
+    The response is seen in samples: `sampled_s`, to within `half_s` [s]. The turning gives dead time and slewing
+    together: the dead time itself if steering explains all of the turning, otherwise an upper bound for it.
     """
     low_s, high_s = sampled_s - half_s, sampled_s + half_s
     if loop.whole_s is None or loop.whole_s <= low_s:
@@ -77,10 +77,10 @@ def _dead_time(loop: LoopDelay, sampled_s: float, half_s: float) -> float:
 
 def propose(found: Identified, speed_over_length: float, loop_hz: float, table: dict[str, Parameter]
             ) -> dict[str, float]:
-    """The kite's constants with the predictor's settings, and after them gains that suit (docs/delay.md, Prediction).
+    """The kite's constants and the predictor's settings, followed by matching gains (docs/delay.md, Prediction).
 
-    P = 1 / (e tau') and L = 1 / (4 w (tau' + 0.1 / rate limit)), for what remains in the loop: an error of a quarter of
-    the delay, tau' = tau / 4 + T / 2. `speed_over_length` w [1/s]. Values stay within the parameters' limits.
+    P = 1 / (e tau') and L = 1 / (4 w (tau' + 0.1 / rate limit)), for the delay that prediction leaves in the loop if it
+    is 25 % off: tau' = tau / 4 + T / 2. `speed_over_length` w [1/s]. Values stay within the parameters' limits.
     """
     rate = found.actuator.rate_limit_per_s
     rest_s = _WRONG_DELAY * found.delay_s + 0.5 / loop_hz
@@ -95,7 +95,7 @@ def propose(found: Identified, speed_over_length: float, loop_hz: float, table: 
 
 @contextmanager
 def _every_state(session: Session, loop_hz: float) -> Iterator[None]:
-    """Have a KITE_STATE from each tick of the loop; a kite that sends fewer is identified less exactly."""
+    """Request a KITE_STATE at each tick; with fewer, identification is less accurate."""
     message = dialect.MAVLINK_MSG_ID_KITE_STATE
     session.commander.ask_interval(message, 1e6 / loop_hz)
     try:

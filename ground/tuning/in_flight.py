@@ -1,4 +1,4 @@
-"""Tuning in flight: measures the delay in the loop, and what a step of a gain does to the flight."""
+"""Tuning in flight: measures the delay in the loop, and the effect of a gain step on the flight."""
 
 import math
 from collections.abc import Callable
@@ -22,19 +22,19 @@ if TYPE_CHECKING:
 DELAY_MEASURE_S = 20.0
 _TIMING_PERIOD_S = 0.2
 _LOOK_S = 0.5
-_SLOWEST = 10.0  # a flight so much slower than the clock on the wall is not waited for
+_SLOWEST = 10.0  # do not wait for a simulated flight this much slower than real time
 _SETTLING_DELAYS = 10.0
 _PERIODS = 2.0
 _LEAST_S, _GREATEST_S = 10.0, 120.0
 _DIVERGED_RAD, _DIVERGED_FACTOR = math.radians(60.0), 3.0
-_STRAYED_RAD = math.radians(20.0)  # of cross-track error
+_STRAYED_RAD = math.radians(20.0)  # cross-track error
 _WATCHED_S = 3.0
 
 Told = Callable[[str], None]
 
 
 class DelayReport(NamedTuple):
-    """The loop's delay from the flight itself, and the ground link's round trip, which is no part of the loop."""
+    """The loop's delay as measured in flight, and the ground link's round trip, which is not part of the loop."""
 
     loop: LoopDelay
     round_trip: DelaySummary | None
@@ -49,7 +49,7 @@ class Effect(NamedTuple):
 
 
 class StepResult(NamedTuple):
-    """A gain changed from `old` to `new`, and the flight before and after. `diverged`: it was undone at once."""
+    """A gain step from `old` to `new`, with the errors before and after. `diverged`: the step was undone at once."""
 
     name: str
     old: float
@@ -66,10 +66,10 @@ class TuningFlight:
         self._session, self._history = session, history
 
     def measure_delay(self, seconds: float = DELAY_MEASURE_S) -> DelayReport:
-        """Fly on for `seconds` of the kite's time, and tell the delays. Raises NoAnswerError as `fly`.
+        """Measure the delays over the next `seconds` [s] of the kite's time. Raises as `fly`.
 
-        Where the kite predicts, the limits of its actuator are known (`PRED_RATE`, `PRED_SAT`): the delay is the dead
-        time alone then, as `PRED_DELAY` is.
+        If prediction is on, the actuator's limits are known (`PRED_RATE`, `PRED_SAT`), and the delay is the dead time
+        alone, as `PRED_DELAY` is.
         """
         connection = self._session.connection
         actuator = self._actuator()
@@ -95,14 +95,14 @@ class TuningFlight:
 
     def step(self, trial: Trial, name: str, new: float, delay_s: float, measure_s: float | None = None,
              told: Told = lambda text: None) -> StepResult:
-        """Change `name` to `new` in TRACK, within `trial`; the flight's errors before, and after it has settled.
+        """Change `name` to `new` in TRACK, within `trial`; measure the errors before, and after settling.
 
-        Both are measured for `measure_s` of the kite's time, by default two periods of the eight; between them passes
-        a period, or ten times the loop's delay `delay_s` [s] if that is longer. If the flight runs away, the trial is
+        Each is measured for `measure_s` [s] of the kite's time, by default two rounds of the eight; settling takes one
+        round, or ten times the loop's delay `delay_s` [s] if that is longer. If the flight diverges, the trial is
         undone at once.
 
         Raises:
-            UsageError: the kite is not in TRACK, or flies no eight.
+            UsageError: the kite is not in TRACK, or not flying its eight.
             VehicleError: the new value was refused.
             NoAnswerError: the kite fell silent.
         """
@@ -118,11 +118,11 @@ class TuningFlight:
         return StepResult(name, old, float32(new), before, after, diverged)
 
     def try_out(self, trial: Trial, before: Effect, settle_s: float, measure_s: float) -> tuple[Effect, bool]:
-        """Fly with what `trial` has set; the errors over the last `measure_s` [s], and whether the flight ran away.
+        """Fly with the values of `trial`; return the errors over the last `measure_s` [s], and whether it diverged.
 
-        Then the trial is undone at once. `before` is how the kite flew without it. Raises as `fly`.
+        If so, the trial is undone at once. `before` are the errors without it. Raises as `fly`.
         """
-        flown_s = self.fly(settle_s + measure_s, stop=lambda: self._runs_away(before))
+        flown_s = self.fly(settle_s + measure_s, stop=lambda: self._diverges(before))
         diverged = flown_s < settle_s + measure_s
         after = self.effect(min(flown_s, measure_s))
         if diverged:
@@ -130,11 +130,11 @@ class TuningFlight:
         return after, diverged
 
     def fly(self, seconds: float, stop: Callable[[], bool] = lambda: False) -> float:
-        """Let `seconds` of the kite's time pass, or fewer where `stop` comes true; returns how many did.
+        """Let `seconds` [s] of the kite's time pass, or fewer if `stop` becomes true; return how many passed.
 
         Raises:
-            NoAnswerError: the kite fell silent, or tells no KITE_STATE.
-            UsageError: it left TRACK or PARK on the way.
+            NoAnswerError: the kite fell silent, or sends no KITE_STATE.
+            UsageError: its mode changed.
         """
         connection = self._session.connection
         started_s = connection.clock()
@@ -164,7 +164,7 @@ class TuningFlight:
                              "run kite-ground mode track")
 
     def _period(self, told: Told) -> float:
-        """How long an eight takes [s]."""
+        """The period of the eight [s]."""
         period_s = eight_period(self._history.record())
         if period_s is None:
             told("watching the eight")
@@ -174,7 +174,7 @@ class TuningFlight:
             raise UsageError("the kite is not flying its eight: nothing to measure")
         return period_s
 
-    def _runs_away(self, before: Effect) -> bool:
+    def _diverges(self, before: Effect) -> bool:
         now = self.effect(_WATCHED_S)
         return now.seconds > 0.5 * _WATCHED_S and (
             now.turning_rad > max(_DIVERGED_RAD, _DIVERGED_FACTOR * before.turning_rad)
@@ -193,7 +193,7 @@ def measure_effect(flight: "FlightRecord") -> Effect:
 
 
 def eight_period(flight: "FlightRecord") -> float | None:
-    """How long an eight takes [s], from the path parameter's progress over at least a few seconds; None if unknown."""
+    """The period of the eight [s], from the path parameter's progress over at least 5 s; None if unknown."""
     import numpy as np  # noqa: PLC0415
 
     tracking = flight.mode == dialect.KITE_MODE_TRACK
@@ -205,10 +205,10 @@ def eight_period(flight: "FlightRecord") -> float | None:
 
 
 def parse_step(text: str) -> float:
-    """The factor that "+10%" or "-5 %" stands for.
+    """The factor for a step such as "+10%" or "-5 %".
 
     Raises:
-        ValueError: it is no step, or one of more than a doubling, or to nothing.
+        ValueError: it is not a percentage, is 0, or is outside -90 % to +100 %.
     """
     number = text.strip().removesuffix("%").strip()
     try:

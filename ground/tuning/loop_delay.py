@@ -1,14 +1,13 @@
-"""The delay in the control loop, from what a flying kite tells of itself.
+"""The delay in the control loop, from the telemetry of a flight.
 
-The turning-rate law makes the turning angle follow the steering: over a tick, the turning angle changes by K times the
-integral of airspeed and steering, taken as long ago as the loop's dead time tau. (A steering command is held for a
-period, which is in the integral: T/2 is not in tau.) The tau for which that fits best, in the least squares sense, is
-the whole of it: steering link, actuator, kite, sensors, sample link, estimator. What the sample's own time tells is a
-part of it.
+By the turning-rate law, the turning angle changes over a tick by K times the integral of airspeed times steering, a
+dead time tau earlier. (The integral includes that steering is held for a period: T/2 is not in tau.) The tau with the
+best least-squares fit is the total of steering link, actuator, kite, sensors, sample link and estimator. The samples'
+time stamps show a part of it, their age.
 
-An actuator that needs time to slew makes the steering's turn later than the dead time, by as much as it is asked to
-move. Where its limits are known, the asked steering goes through them first, and tau is the dead time alone; and the
-heading, where it is measured, takes the course's place, as wind turns the one and not the other.
+A slewing actuator turns the kite later than the dead time, the more so the further it has to move. If its limits are
+known, the commanded steering passes through them first, and tau is the dead time alone; a measured heading then
+replaces the course, as wind turns the course but not the heading.
 """
 
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
 
 GREATEST_S = 1.5
 _STEP_S = 0.01
-_LONGEST_GAP_S = 0.25  # between states: more is lost, not slow
+_LONGEST_GAP_S = 0.25  # between states: after a longer one, states were lost
 _LEAST_STATES = 100
 _LEAST_FIT = 0.5
 _PLAUSIBLE_AGE_S = 2.0
@@ -31,17 +30,17 @@ _SAME_SAMPLE_S = 1e-4
 
 
 class Slewing(NamedTuple):
-    """An actuator's rate limit [1/s] and saturation; 0 where there is none."""
+    """An actuator's rate limit [1/s] and saturation; 0 for none."""
 
     rate_per_s: float = 0.0
     saturation: float = 0.0
 
 
 class LoopDelay(NamedTuple):
-    """All times in s, None where they cannot be told.
+    """Times in s, None where unknown.
 
-    `whole_s` is tau; `fit` is the share of the turning that it explains, 0 to 1. `sample_age_s` is the median age of
-    the sample at the tick, with `sample_age_low_s` and `sample_age_high_s` at 5 % and 95 %. `states` were looked at.
+    `whole_s` is tau; `fit` is the fraction of the turning that it explains. `sample_age_s` is the median age of the
+    sample at the tick, `sample_age_low_s` and `sample_age_high_s` its 5 % and 95 % quantiles. `states`: number used.
     """
 
     whole_s: float | None
@@ -53,39 +52,40 @@ class LoopDelay(NamedTuple):
 
     @property
     def rest_s(self) -> float | None:
-        """What is not the sample's age: steering link, actuator, kite and estimator [s]."""
+        """The total less the sample's age: steering link, actuator, kite and estimator [s]."""
         if self.whole_s is None or self.sample_age_s is None:
             return None
         return self.whole_s - self.sample_age_s
 
 
 def measure_loop_delay(flight: "FlightRecord", actuator: Slewing = Slewing()) -> LoopDelay:  # noqa: B008
-    """The delay in the loop from one stretch of flight in PARK or TRACK, as of `record_of_states`."""
+    """The delay in the loop from a stretch of flight in PARK or TRACK, made by `record_of_states`."""
     import numpy as np  # noqa: PLC0415
 
     count = len(flight.time_s)
     age = flight.sample_age_s
     age_s, low_s, high_s = (float(np.quantile(age, q)) for q in (0.5, 0.05, 0.95)) if count else (-1.0, 0.0, 0.0)
     whole_s, fit = _fit(flight, actuator) if count >= _LEAST_STATES else (None, 0.0)
-    greatest_s = _PLAUSIBLE_AGE_S if whole_s is None else whole_s + _STEP_S  # beyond, two clocks just look alike
+    # A sample older than the whole delay: two independent clocks that happen to agree.
+    greatest_s = _PLAUSIBLE_AGE_S if whole_s is None else whole_s + _STEP_S
     known = 0.0 <= age_s <= greatest_s
     return LoopDelay(whole_s, fit, age_s if known else None, low_s, high_s, count)
 
 
 def _fit(flight: "FlightRecord", actuator: Slewing) -> tuple[float | None, float]:
-    """The dead time [s] with which the steering explains the turning best, or None; and the share that it explains."""
+    """The dead time [s] with which steering explains the turning best, or None; and the fraction explained."""
     import numpy as np  # noqa: PLC0415
 
     time_s = flight.time_s
     tick_s = np.diff(time_s)
     pull = flight.airspeed * _slewed(flight.set_steering, tick_s, actuator)
-    between = 0.5 * np.diff(pull) * (tick_s - np.min(tick_s, initial=GREATEST_S))  # where states are lost on the way
+    between = 0.5 * np.diff(pull) * (tick_s - np.min(tick_s, initial=GREATEST_S))  # if states were lost on the way
     integral = np.concatenate(([0.0], np.cumsum(pull[:-1] * tick_s + between)))
     sampled_s, samples = _samples(flight)
     step_s = np.diff(sampled_s)
-    swung = np.sin(samples.elevation[:-1]) * wrap(np.diff(samples.azimuth))  # the frame turns along the way
+    convergence = np.sin(samples.elevation[:-1]) * wrap(np.diff(samples.azimuth))  # meridian convergence
     headed = bool(np.all(samples.further["valid"].astype(int) & dialect.KITE_VALID_HEADING))
-    turned = wrap(np.diff(samples.heading if headed and actuator != Slewing() else samples.course)) + swung
+    turned = wrap(np.diff(samples.heading if headed and actuator != Slewing() else samples.course)) + convergence
     good = (step_s > 0.0) & (step_s < _LONGEST_GAP_S) & (sampled_s[:-1] > time_s[0] + GREATEST_S)
     weight = np.sin(samples.heading) * np.cos(samples.elevation) / np.maximum(samples.airspeed, 1.0)
     known = np.stack([step_s, weight[:-1] * step_s], axis=1)[good]
@@ -110,10 +110,10 @@ def _fit(flight: "FlightRecord", actuator: Slewing) -> tuple[float | None, float
 
 
 def _samples(flight: "FlightRecord") -> "tuple[np.ndarray, FlightRecord]":
-    """The rows with a new sample, and when it would have been seen at its usual age [s].
+    """The rows with a new sample, and when each would have been seen at the median age [s].
 
-    A firmware on a clock of its own sees some samples twice and others late: what turned between two ticks is then not
-    what the time between them tells.
+    Firmware on its own clock sees some samples twice and others late: the turning between two ticks then does not
+    belong to the time between them.
     """
     import numpy as np  # noqa: PLC0415
 
@@ -122,15 +122,15 @@ def _samples(flight: "FlightRecord") -> "tuple[np.ndarray, FlightRecord]":
     return sampled_s[new], flight.rows(new)
 
 
-def _slewed(asked: Any, step_s: Any, actuator: Slewing) -> Any:
-    """Where an actuator without dead time is on average, (n,), from each time that it is asked to the next.
+def _slewed(commanded: Any, step_s: Any, actuator: Slewing) -> Any:
+    """Mean position of an actuator without dead time, (n,), from each command to the next.
 
-    It is asked for `asked` (n,), at times that are `step_s` (n - 1,) apart.
+    The steering `commanded` (n,) is given at times that are `step_s` [s] (n - 1,) apart.
     """
     import numpy as np  # noqa: PLC0415
 
     most = actuator.saturation or np.inf
-    wanted = np.clip(asked, -most, most)
+    wanted = np.clip(commanded, -most, most)
     if not actuator.rate_per_s:
         return wanted
     between, position = wanted.copy(), float(wanted[0])
@@ -142,7 +142,7 @@ def _slewed(asked: Any, step_s: Any, actuator: Slewing) -> Any:
 
 
 def _residual(columns: Any, target: Any) -> tuple[Any, float]:
-    """What of `target` (n,) the `columns` (n, m) leave unexplained, and the factor of the first one."""
+    """The residual of `target` (n,) after a fit of the `columns` (n, m), and the factor of the first column."""
     import numpy as np  # noqa: PLC0415
 
     factors, *_ = np.linalg.lstsq(columns, target, rcond=None)
@@ -150,7 +150,7 @@ def _residual(columns: Any, target: Any) -> tuple[Any, float]:
 
 
 def _between(delays: Any, left: Any, best: int) -> float:
-    """The minimum [s] of a parabola through the best point and its neighbours."""
+    """The minimum [s] of the parabola through the best point and its neighbours."""
     if best == 0:
         return 0.0
     before, at, after = (float(left[index]) for index in (best - 1, best, best + 1))

@@ -1,4 +1,4 @@
-"""What `tune` found out in flight, as lines for a person and as a dictionary for a script."""
+"""The measurements of `tune`, as lines for the user and as a dictionary for scripts."""
 
 import math
 
@@ -9,7 +9,7 @@ _SCALE = 50  # columns
 
 
 def delay_lines(report: DelayReport) -> list[str]:
-    """Which parts of the delay were seen, which of them count, and how well."""
+    """The measured parts of the delay, those that count and those that do not."""
     loop, trip = report.loop, report.round_trip
     lines = ["loop delay, counted:"]
     if loop.sample_age_s is None:
@@ -33,13 +33,13 @@ def delay_lines(report: DelayReport) -> list[str]:
 
 
 def delay_as_dictionary(report: DelayReport) -> dict[str, object]:
-    """The same for a script, times in s."""
+    """The delays as a dictionary, for scripts; times in s."""
     trip = report.round_trip
     return {**report.loop._asdict(), "rest_s": report.loop.rest_s, "ground_round_trip": trip and trip._asdict()}
 
 
 def scale_line(advice: GainAdvice) -> str:
-    """Where the present gain (P) stands between 0, the optimum (o) and the limit, all with sampling."""
+    """The present gain (P) on a scale from 0 over the optimum (o) to the limit, all including sampling."""
     scale = ["-"] * _SCALE
     scale[min(int(advice.sampled_optimum / advice.sampled_limit * _SCALE), _SCALE - 1)] = "o"
     at = advice.present / advice.sampled_limit

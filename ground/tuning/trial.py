@@ -1,4 +1,4 @@
-"""Parameters that are tried in flight: whatever was set is put back, on every way out but one."""
+"""Trials of parameters in flight: the old values are restored on every way out but `keep`."""
 
 import contextlib
 import signal
@@ -11,21 +11,21 @@ from ground.parameters.file import format_value
 from ground.session import Session
 from protocol.parameter_table import float32
 
-UNDO_S = 30.0  # for a link that is down to come back
+UNDO_S = 30.0  # how long to wait for a link to come back
 _SIGNALS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
 
 Told = Callable[[str], None]
 
 
 class Trial:
-    """A context in which parameters are `set`; at its end they are as they were before, unless it was told to `keep`.
+    """A context in which parameters are `set`; at its end the old values are restored, unless `keep` was called.
 
-    Its end comes by an exception, Ctrl-C, SIGTERM or the terminal's end too (in the main thread; the process exits with
-    128 and the signal's number then). A second Ctrl-C does not stop it from putting the values back.
+    That includes exceptions, Ctrl-C, SIGTERM and a closed terminal (in the main thread; the process then exits with 128
+    plus the signal's number). A second Ctrl-C does not interrupt the restoring.
 
     Raises, at its end:
-        VehicleError: a value that was put back was not acknowledged; says how to do it by hand. Where another
-            exception is under way already, that is `told` instead.
+        VehicleError: a restored value was not acknowledged; says how to restore it by hand. If another exception is
+            under way already, this goes to `told` instead.
     """
 
     def __init__(self, session: Session, told: Told = lambda text: None) -> None:
@@ -35,30 +35,30 @@ class Trial:
         self._handlers: dict[int, object] = {}
 
     def set(self, name: str, value: float) -> float:
-        """Set a parameter, and return its value before. Raises VehicleError where the vehicle refuses."""
+        """Set a parameter, and return its old value. Raises VehicleError if the vehicle refuses."""
         before = self._session.parameters.fetch(name)
-        self._before.setdefault(name, before)  # from here on: a value that nobody acknowledged may be in force
+        self._before.setdefault(name, before)  # from here on, even an unacknowledged value may apply
         self._tried[name] = float32(value)
         self._session.parameters.set(name, float32(value))
         return before
 
     def keep(self) -> None:
-        """What was set stays."""
+        """Let the new values stay."""
         self._before.clear()
 
     def undo(self) -> None:
-        """Put back what was before, the last set first. Raises VehicleError as the context's end does."""
+        """Restore the old values, in reverse order. Raises VehicleError as the end of the context does."""
         with self._undisturbed():
             until_s = self._session.connection.clock() + UNDO_S
             for name in reversed(list(self._before)):
-                self._put_back(name, until_s)
+                self._restore(name, until_s)
         left, self._before = self._before, {}
         if left:
             what = ", ".join(f"{name} (tried: {format_value(self._tried[name])})" for name in left)
-            commands = " && ".join(f"kite-ground param set {name} {format_value(value)}"
-                                   for name, value in reversed(left.items()))
+            by_hand = " && ".join(f"kite-ground param set {name} {format_value(value)}"
+                                  for name, value in reversed(left.items()))
             raise VehicleError(f"NOT UNDONE, not acknowledged by the kite: {what}; "
-                               f"when it is heard again, run: {commands}")
+                               f"when it is heard again, run: {by_hand}")
 
     def __enter__(self) -> "Trial":
         if threading.current_thread() is threading.main_thread():
@@ -77,7 +77,7 @@ class Trial:
             for number, handler in self._handlers.items():
                 signal.signal(number, handler)  # type: ignore[arg-type]
 
-    def _put_back(self, name: str, until_s: float) -> None:
+    def _restore(self, name: str, until_s: float) -> None:
         value = self._before[name]
         while True:
             try:
@@ -96,7 +96,7 @@ class Trial:
 
     @contextlib.contextmanager
     def _undisturbed(self):
-        """Until the values are back, Ctrl-C and the like are answered, not obeyed."""
+        """Until the values are restored, Ctrl-C and other signals are answered but not obeyed."""
         if not self._before or threading.current_thread() is not threading.main_thread():
             yield
             return
@@ -112,7 +112,7 @@ class Trial:
                 signal.signal(number, handler)
 
     def _say(self, text: str) -> None:
-        with contextlib.suppress(OSError, ValueError):  # a terminal that is gone must not keep us from it
+        with contextlib.suppress(OSError, ValueError):  # a closed terminal must not prevent the restoring
             self._told(text)
 
 

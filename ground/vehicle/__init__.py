@@ -1,1 +1,1 @@
-"""What is known about the vehicle, whether it is well, and commands to it."""
+"""The vehicle: its state, its flight so far, and commands to it."""

@@ -1,4 +1,4 @@
-"""Commands to the vehicle: arm, disarm, change the mode. Done means that its own heartbeat says so."""
+"""Commands to the vehicle: arm, disarm, change mode. A command is done when the vehicle's heartbeat confirms it."""
 
 from collections.abc import Callable
 
@@ -10,8 +10,8 @@ from protocol import dialect
 from protocol.modes import mode_name
 
 ATTEMPTS = 20
-LEAST_INTERVAL_S = 0.5  # heartbeats come once a second; asking much faster than that says nothing new
-_REFUSALS = 4  # how often to ask for the sake of a reason that was lost on the way
+LEAST_INTERVAL_S = 0.5  # heartbeats arrive once a second: more frequent copies would learn nothing new
+_REFUSALS = 4  # copies to send in the hope of a reason, if it was lost on the way
 _INTERVAL_COPIES = 3
 _CONTRADICTIONS = 4  # heartbeats that show another state after the command was accepted
 
@@ -19,17 +19,17 @@ Heartbeat = dialect.MAVLink_heartbeat_message
 
 
 class Commander:
-    """Carries out commands over a connection, and sends each until the vehicle's answers leave no doubt.
+    """Sends commands over a connection, each until the vehicle's answers leave no doubt.
 
-    The vehicle acknowledges every copy, and a copy has no effect of its own. A command counts as done when a copy
-    was accepted and a heartbeat after that shows the state that was asked for.
+    The vehicle acknowledges every copy; repeated copies have no further effect. A command is done when a copy was
+    accepted and a later heartbeat shows the requested state.
     """
 
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
 
     def arm(self) -> None:
-        """Arm. Raises VehicleError with the vehicle's reason when it refuses, or when it does not answer."""
+        """Arm. Raises VehicleError, with the vehicle's reason, if it refuses; NoAnswerError if it does not answer."""
         self._carry_out("arm", dialect.MAV_CMD_COMPONENT_ARM_DISARM, (1.0, 0.0), is_armed)
 
     def disarm(self) -> None:
@@ -43,7 +43,7 @@ class Commander:
                         lambda beat: beat.custom_mode == mode)
 
     def ask_interval(self, message: int, interval_us: float) -> None:
-        """Ask for `message` every `interval_us` [us], 0 for its usual rate. Not waited for: it comes or it does not."""
+        """Request `message` every `interval_us` [us], 0 for its default. Does not wait for an acknowledgement."""
         for attempt in range(_INTERVAL_COPIES):
             self._send(dialect.MAV_CMD_SET_MESSAGE_INTERVAL, (float(message), interval_us), attempt)
 
@@ -77,7 +77,7 @@ class Commander:
 
 
 class _Answers:
-    """What the vehicle says while one command is sent again and again."""
+    """The vehicle's answers while one command is being repeated."""
 
     def __init__(self, command: int, shows: Callable[[Heartbeat], bool]) -> None:
         self.done = False
@@ -99,7 +99,7 @@ class _Answers:
         return self.done or refused or self._contradictions >= _CONTRADICTIONS
 
     def observe(self, time_s: float, message: Message, frame: bytes) -> None:
-        """Take in the vehicle's messages, as an observer of the connection."""
+        """Evaluate a message of the vehicle, as an observer of the connection."""
         if isinstance(message, dialect.MAVLink_command_ack_message):
             self._acknowledged(message)
         elif isinstance(message, dialect.MAVLink_statustext_message):
@@ -111,7 +111,7 @@ class _Answers:
             self._contradictions += not self.done
 
     def summary(self, elapsed_s: float) -> str:
-        """Why it was not done, in words."""
+        """Why the command was not done, in words."""
         reason = f": {self._reason}" if self._reason else ""
         if self._refusals:
             result = dialect.enums["MAV_RESULT"].get(self._refusals[-1])

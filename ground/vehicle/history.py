@@ -1,4 +1,4 @@
-"""Every KITE_STATE that was heard, as a flight that is still going on."""
+"""All KITE_STATE messages received: the flight so far."""
 
 import threading
 from array import array
@@ -18,13 +18,13 @@ COLUMNS = ("time_s", "heard_s", "sample_age_s", *_STATE.ordered_fieldnames)
 
 
 class StateHistory:
-    """The flight so far, a row for each KITE_STATE, oldest first; at most `most` rows, the latest.
+    """The flight so far, a row for each KITE_STATE, oldest first; at most the latest `most` rows.
 
-    `time_s` is the vehicle's clock at the tick, counted from its first row on and without wraps; `heard_s` is the
-    ground's clock when it came; `sample_age_s` is how old the newest sample was at that tick, if both clocks are one.
-    When the vehicle is started anew, `time_s` goes on by the time that passed on the ground.
+    `time_s` is the vehicle's clock at the tick, unwrapped, from the first row on; `heard_s` is the ground's clock on
+    arrival; `sample_age_s` is the age of the newest sample at that tick, if sensors and firmware share a clock. When
+    the vehicle restarts, `time_s` continues by the time that passed on the ground.
 
-    One thread may observe while others read: an array of numbers that numpy is copying cannot grow.
+    One thread may observe while others read: the array cannot grow while numpy copies it, hence the lock.
     """
 
     def __init__(self, most: int = 200_000) -> None:
@@ -49,7 +49,7 @@ class StateHistory:
         return self._columns()[column]
 
     def record(self, seconds: float | None = None) -> "FlightRecord":
-        """The last `seconds` [s] of the vehicle's time, or all of it; `heard_s` is among what there is further.
+        """The last `seconds` [s] of the vehicle's time, or all of it; `heard_s` is in `further`.
 
         Raises:
             ValueError: `seconds` is not a positive time.
@@ -67,7 +67,7 @@ class StateHistory:
         return flight.rows(flight.time_s > flight.time_s[-1] - seconds)
 
     def observe(self, time_s: float, message: Message, frame: bytes) -> None:
-        """Take in one of the vehicle's messages, as an observer of a connection."""
+        """Add one of the vehicle's messages, as an observer of a connection."""
         if not isinstance(message, _STATE):
             return
         with self._lock:
@@ -75,7 +75,7 @@ class StateHistory:
 
     def _columns(self) -> "dict[str, np.ndarray]":
         """All COLUMNS by name, each of shape (n,)."""
-        import numpy as np  # noqa: PLC0415  (slow to load, and the command line does without)
+        import numpy as np  # noqa: PLC0415  (slow to load, and most verbs do without)
 
         with self._lock:
             rows = np.array(self._rows).reshape(-1, len(COLUMNS))
@@ -84,7 +84,7 @@ class StateHistory:
     def _add(self, heard_s: float, message: _STATE) -> None:
         tick_s = self._clock.elapsed_s(message.time_us, heard_s)
         if self._newest_s is not None and tick_s < self._newest_s:
-            return  # was overtaken on the way
+            return  # overtaken on the way
         self._newest_s = tick_s
         self._age_us = nearest_us(message.time_us - message.sample_time_us, self._age_us)
         self._rows.extend((tick_s, heard_s, self._age_us * 1e-6))

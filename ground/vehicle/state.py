@@ -1,4 +1,4 @@
-"""The latest that is known about the vehicle, from its messages."""
+"""The vehicle's state, from its latest messages."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -16,7 +16,7 @@ _KEPT_TEXTS = 100
 
 
 class StatusText(NamedTuple):
-    """A line of text from the vehicle, when it came on the ground's clock [s], and how bad it is (0 worst, 7)."""
+    """A line of text from the vehicle: its arrival on the ground's clock [s], and its severity (0 worst, to 7)."""
 
     time_s: float
     severity: int
@@ -29,21 +29,21 @@ class StatusText(NamedTuple):
 
 @dataclass
 class VehicleState:
-    """What the vehicle last said; None where it has not yet. Times are on the ground's clock [s]."""
+    """The latest message of each kind; None before the first. Times are on the ground's clock [s]."""
 
     mode: int | None = None
     armed: bool | None = None
     kite: dialect.MAVLink_kite_state_message | None = None
     system: dialect.MAVLink_sys_status_message | None = None
     position: dialect.MAVLink_local_position_ned_message | None = None
-    texts: tuple[StatusText, ...] = ()  # the latest, oldest first; never changed in place: another thread may read it
+    texts: tuple[StatusText, ...] = ()  # oldest first; never changed in place, as another thread may read it
 
     @property
     def mode_name(self) -> str:
         return "unknown" if self.mode is None else mode_name(self.mode)
 
     def observe(self, time_s: float, message: Message, frame: bytes) -> None:
-        """Take in one of the vehicle's messages, as an observer of a connection."""
+        """Keep one of the vehicle's messages, as an observer of a connection."""
         if isinstance(message, dialect.MAVLink_kite_state_message):
             self.kite = message
         elif isinstance(message, dialect.MAVLink_heartbeat_message):

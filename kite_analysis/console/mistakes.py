@@ -1,4 +1,4 @@
-"""How the command lines answer a mistake: in one line, with a suggestion."""
+"""How the programs answer a mistake: in one line, with a suggestion."""
 
 import argparse
 import difflib
@@ -39,13 +39,13 @@ class Parser(argparse.ArgumentParser):
         known = [str(choice) for choice in action.choices]
         near = closest(str(value), known)
         if isinstance(action, argparse._SubParsersAction):
-            raise argparse.ArgumentError(None, f"no command {value!r}{near or '; there are ' + ', '.join(known)}")
+            raise argparse.ArgumentError(None, f"no verb {value!r}{near or '; there are ' + ', '.join(known)}")
         if isinstance(action.choices, range):
             raise argparse.ArgumentError(action, f"{value} is outside {known[0]} to {known[-1]}")
         raise argparse.ArgumentError(action, f"{value!r} is not one of {', '.join(known)}{near}")
 
     def _path(self, parsed: argparse.Namespace) -> Iterator["Parser"]:
-        """This parser and those of the commands that were given, outermost first."""
+        """This parser and those of the verbs that were given, outermost first."""
         yield self
         for action in self._actions:
             if isinstance(action, argparse._SubParsersAction) and (name := getattr(parsed, action.dest, None)):

@@ -55,8 +55,7 @@ def _draw_map(figure: Any, axes: Any, design: Design) -> None:
     axes.set(xlabel="inner gain P [1/s]", ylabel="outer gain L", xlim=(0.0, most_p), ylim=(0.0, most_l))
     _mark(axes, design.best, "*", _BEST, "best pair", 13)
     _mark(axes, design.present, "o", _PRESENT, "present pair", 7)
-    axes.text(0.98 * most_p, 0.97 * most_l, "unstable", ha="right", va="top", color=_PAPER, fontsize=10,
-              bbox={"facecolor": _UNSTABLE, "edgecolor": "none", "pad": 2.0})
+    axes.fill_between([], [], color=_UNSTABLE, label="unstable")
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=2, fontsize=8, frameon=False)
 
 
@@ -97,7 +96,7 @@ def _draw_roots(axes: Any, design: Design) -> None:
     axes.axvspan(0.0, right, color=_UNSTABLE, zorder=0)
     axes.axvline(0.0, color=_PRESENT, lw=1.8)
     together = np.ptp(best[:3].real) < 0.01 * abs(best[0]) and len(best) > 2
-    name = "best pair: three roots in one" if together else "best pair"
+    name = "best pair: a triple root" if together else "best pair"
     axes.plot(best.real, best.imag, "*", color=_BEST, ms=11, mec="white", mew=0.6, label=name)
     axes.plot(present.real, present.imag, "o", mfc="none", mec=_PRESENT, mew=1.6, ms=7, label="present pair")
     axes.set(xlabel="real part [1/s]", ylabel="imaginary part [1/s]", xlim=(left, right), ylim=(-high, high),

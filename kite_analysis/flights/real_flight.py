@@ -44,7 +44,7 @@ def read_flight(path: Path, columns: Path | None = None) -> FlightRecord:
 
 
 def _check_usable(flight: FlightRecord, description: ColumnDescription) -> None:
-    """Raises FlightDataError where there is too little to replay."""
+    """Raises FlightDataError where there is too little to use."""
     if not flight.selected.any():
         raise FlightDataError(no_phase(description))
     check_period(flight.period_s)
@@ -52,7 +52,7 @@ def _check_usable(flight: FlightRecord, description: ColumnDescription) -> None:
         known_s = np.count_nonzero(np.isfinite(getattr(flight, quantity)[flight.selected])) * flight.period_s
         if known_s < _LEAST_S:
             raise FlightDataError(f"{quantity} is known for {known_s:.1f} s of the part that is used; "
-                                  f"a replay needs {_LEAST_S:g} s")
+                                  f"at least {_LEAST_S:g} s are needed")
     azimuth = flight.azimuth[flight.selected]
     if np.ptp(azimuth[np.isfinite(azimuth)]) < _LEAST_AZIMUTH:
         raise FlightDataError("the azimuth hardly changes in the part that is used: no eights flown")

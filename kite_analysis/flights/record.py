@@ -10,7 +10,7 @@ from kite_analysis.flights.checks import check_span
 from kite_analysis.flights.description import ColumnDescription, FlightDataError, no_phase
 
 _ANGLES = ("azimuth", "course", "heading")  # these wrap
-_COMMANDS = ("steering", "set_steering")
+_STEERING = ("steering", "set_steering")
 _LEAST_UPDATES = 20  # fewer changes than this do not show how often a sensor is read
 
 
@@ -107,7 +107,7 @@ def evenly_spaced(flight: FlightRecord, description: ColumnDescription, where: s
         if quantity == "time":
             continue
         time_s, values = flight.time_s, getattr(flight, quantity)
-        if quantity not in _COMMANDS:
+        if quantity not in _STEERING:
             values = np.where(fresh_readings(values), values, np.nan)
         if column.since_previous_row:
             slack_s = float(np.median(np.diff(time_s)))

@@ -73,10 +73,10 @@ def for_identification(flight: FlightRecord, on_the_sensors_clock: bool = False,
                        measured: Mapping[str, Series] | None = None) -> FlightRecord:
     """A `flight` as of `record_of_states` on a uniform grid, with what was measured, at the times of the samples.
 
-    Rows lie at the times of the commands, on the firmware's clock where it is that of the sensors too, else (and always
-    if `on_the_sensors_clock`) earlier by the usual age of a sample: a delay found from them has that age in it, and the
-    two clocks need not agree. A course that was not measured is taken as the firmware found it. `measured` takes the
-    place of what the states tell of the samples.
+    Rows lie at the times of the steering commands, on the firmware's clock where it is that of the sensors too, else
+    (and always if `on_the_sensors_clock`) earlier by the usual age of a sample: a delay found from them includes that
+    age, and the two clocks need not agree. A course that was not measured is taken as the firmware found it. `measured`
+    replaces what the states say of the samples.
 
     Raises:
         FlightDataError: there are no two rows of different times, or too many are missing.
@@ -137,7 +137,7 @@ def _from_sensors(sensors: list[Heard], title: str) -> FlightRecord:
 
 
 def _evenly_spaced(series: Mapping[str, Series], flight: FlightRecord) -> FlightRecord:
-    """On a grid whose time begins with 0; commands of messages that come less often than they are given are means."""
+    """On a grid whose time begins with 0; steering commands of messages that come less often are means."""
     if len(flight.time_s) < 2:
         raise FlightDataError(_TOO_FEW)
     record = on_a_grid(series, flight)
@@ -146,7 +146,7 @@ def _evenly_spaced(series: Mapping[str, Series], flight: FlightRecord) -> Flight
 
 
 def _between_messages(record: FlightRecord) -> FlightRecord:
-    """Messages come less often than commands: between two of them the command is, on average, the mean of both."""
+    """With fewer messages than steering commands: between two messages, the steering is on average the mean of both."""
     following = np.append(record.set_steering[1:], record.set_steering[-1])
     return record._replace(set_steering=0.5 * (record.set_steering + following), command_slack_s=record.period_s)
 

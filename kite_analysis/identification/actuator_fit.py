@@ -50,14 +50,14 @@ class ActuatorFit(NamedTuple):
 
     @property
     def model(self) -> ActuatorModel:
-        """To be run over commands."""
+        """To be run over commanded steering."""
         return ActuatorModel(self.dead_time_s, self.rate_limit_per_s or np.inf, self.saturation or np.inf)
 
 
 class Blocks(NamedTuple):
     """The parts of a flight that the model is run over, side by side."""
 
-    commands: Array  # (n,), of the whole record, without gaps
+    commanded: Array  # (n,), of the whole record, without gaps
     measured: Array  # (rows + 1, blocks)
     used: Array  # (rows + 1, blocks), False in what a shorter block leaves empty
     starts: Array  # (blocks,), rows of the record
@@ -65,7 +65,7 @@ class Blocks(NamedTuple):
 
     def run(self, model: ActuatorModel) -> Array:
         """Positions (rows + 1, ..., blocks)."""
-        return follow(model, self.commands, self.period_s, self.starts, self.measured[0], len(self.measured) - 1)
+        return follow(model, self.commanded, self.period_s, self.starts, self.measured[0], len(self.measured) - 1)
 
     def power(self, dead_time_s: Array, rate: Array, saturation: Array) -> Array:
         """Sum of squared residuals for each of the candidates (c,)."""

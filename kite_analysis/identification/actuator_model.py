@@ -1,4 +1,4 @@
-"""A steering actuator with a dead time, a rate limit and a saturation, run over recorded commands.
+"""A steering actuator with a dead time, a rate limit and a saturation, run over recorded steering.
 
 Many runs go side by side, from different starts or with different settings: one numpy operation moves all of them.
 """
@@ -20,12 +20,12 @@ class ActuatorModel(NamedTuple):
     saturation: float | Array = np.inf
 
 
-def follow(model: ActuatorModel, commands: Array, period_s: float, starts: Array, first: Array, rows: int) -> Array:
+def follow(model: ActuatorModel, commanded: Array, period_s: float, starts: Array, first: Array, rows: int) -> Array:
     """Positions (rows + 1, ...) from the rows `starts` on, where they are `first`.
 
-    `commands` (n,) are each in force from their row to the next, so that within a row's time the command that is
-    felt changes once, at the dead time's fraction of the period: both parts are exact. Commands from before the
-    record are those of its first row.
+    `commanded` steering (n,) applies from each row to the next, so that within a row's time the value that is felt
+    changes once, at the dead time's fraction of the period: both parts are exact. Before the record, it is that of the
+    first row.
     """
     delay = np.asarray(model.dead_time_s) / period_s
     whole = np.floor(delay + 1e-9).astype(int)
@@ -38,10 +38,10 @@ def follow(model: ActuatorModel, commands: Array, period_s: float, starts: Array
     here = position[0] = first
     old = None
     for row in range(rows + 1):
-        index = np.minimum(np.maximum(starts + (row - 1) - whole, 0), len(commands) - 1)
-        new = np.minimum(np.maximum(commands[index], -model.saturation), model.saturation)
+        index = np.minimum(np.maximum(starts + (row - 1) - whole, 0), len(commanded) - 1)
+        new = np.minimum(np.maximum(commanded[index], -model.saturation), model.saturation)
         if old is not None:
-            if split:  # the command of the row before is felt for a while yet; for no time at all where share is 0
+            if split:  # the value of the row before is felt for a while yet; for no time at all where share is 0
                 here = here + np.minimum(np.maximum(np.where(share > 0.0, old - here, 0.0), -early), early)
             here = here + np.minimum(np.maximum(new - here, -late), late)
             position[row] = here

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from kite_analysis.figure_eight import Array
-from kite_analysis.figures import new_figure
+from kite_analysis.figures import legend_above, new_figure
 from kite_analysis.flights.record import FlightRecord
 from kite_analysis.identification.actuator_fit import ActuatorFit, cut_blocks
 from kite_analysis.identification.turning_rate_fit import LawFit, fitted_rate, rows_for
@@ -109,4 +109,4 @@ def _finish(axes: Any) -> None:
     """Grid, and the legend above the axes, where it hides nothing."""
     axes.grid(alpha=0.3)
     axes.margins(x=0.01)
-    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2, frameon=False, fontsize=8, ncols=3)
+    legend_above(axes)

@@ -1,7 +1,7 @@
 """Cost of a tick under MicroPython: memory, time, collector pauses, and an estimate for a board.
 
-A scenario is flown with the firmware in memory, and its ticks are recorded; MicroPython then replays them to
-the same firmware, which in lockstep does the same to the bit, and measures itself.
+A scenario is flown with the firmware in memory, and its ticks are recorded; MicroPython then repeats
+them to the same firmware, which in lockstep does the same to the bit, and measures itself.
 """
 
 import importlib.util

@@ -23,7 +23,7 @@ from sim_bridge.runs.run import RunOptions, RunResult, run_scenario
 from sim_bridge.scenario.keys import KEYS
 from sim_bridge.scenario.scenario import Scenario, load_scenario, scenario_names
 from sim_bridge.studies.paper import make_paper
-from sim_bridge.studies.real_flight import play, plot_replay
+from sim_bridge.studies.shadow_flight import fly_shadow, plot_shadow
 
 
 def list_scenarios(options: Namespace) -> int:
@@ -111,7 +111,9 @@ def _keep(result: RunResult, options: Namespace, plot: Path | None) -> None:
         upto = f", up to {result.log_until_s:.1f} s" if result.log_until_s is not None else ""
         print(f"log: {log}{upto}{again}")
     if plot and result.flight.rows:
-        title = f"{result.numbers['scenario']}: {result.numbers['verdict']}"
+        error_rad = result.numbers["cross_track_rms_rad"]
+        error = "" if error_rad is None else f", cross-track error {math.degrees(error_rad):.2g} deg RMS"
+        title = f"{result.numbers['scenario']}: {result.numbers['verdict']}{error}"
         save_plot(plot_flight(result.flight.track(), result.flight.eight, title), plot)
         notice(f"plot: {plot}")
 
@@ -134,14 +136,14 @@ def paper(options: Namespace) -> int:
     return 0
 
 
-def replay(options: Namespace) -> int:
-    """`kite-sitl replay`."""
+def shadow(options: Namespace) -> int:
+    """`kite-sitl shadow`."""
     path = Path(options.file)
-    plot = plot_path(options, Path(f"{path.name.split('.')[0]}-replay.png"))
-    result = play(path, options.runtime, notice, Path(options.columns) if options.columns else None)
+    plot = plot_path(options, Path(f"{path.name.split('.')[0]}-shadow.png"))
+    result = fly_shadow(path, options.runtime, notice, Path(options.columns) if options.columns else None)
     numbers: dict[str, Any] = dict(result.numbers)
     if plot:
-        save_plot(plot_replay(result, path.name), plot)
+        save_plot(plot_shadow(result, path.name), plot)
         numbers["plot"] = str(plot)
     if options.json:
         print(json.dumps(numbers))

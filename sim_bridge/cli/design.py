@@ -77,7 +77,7 @@ def design_gains(options: Namespace) -> int:
         lines += [*paper_lines(delay_s, options.loop_hz, present.inner_p), ""]
         print("\n".join([*lines, *whole_loop_lines(result, delay_s, options.loop_hz), *_purpose_lines(result)]))
     if plot:
-        title = f"Whole loop: delay {delay_s:.3g} s, {options.speed_over_length:g} line lengths a second"
+        title = f"Whole loop: delay {delay_s:.3g} s, {options.speed_over_length:g} line lengths per second"
         save_plot(plot_design(result, title), plot)
         notice(f"plot: {plot}")
     return 0

@@ -1,4 +1,4 @@
-"""The command `kite-sitl`: fly simulated kites with the real firmware, plot and compare."""
+"""The program `kite-sitl`: fly simulated kites with the real firmware, plot and compare."""
 
 import argparse
 import os
@@ -37,7 +37,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = Parser(
         prog="kite-sitl", description="Fly simulated kites with the real firmware.",
         epilog="Start with: kite-sitl run paper-delay-tuned --plot")
-    verbs = parser.add_subparsers(dest="verb", required=True, metavar="COMMAND")
+    verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
 
     listing = verbs.add_parser("list", help="list the scenarios that come with kitepilot")
     listing.set_defaults(do=actions.list_scenarios)
@@ -54,16 +54,16 @@ def _parser() -> argparse.ArgumentParser:
     paper.add_argument("--force", action="store_true", help="overwrite existing figures")
     paper.set_defaults(do=actions.paper)
 
-    replay = verbs.add_parser(
-        "replay", help="feed a real flight to the firmware",
-        description="Feed a recorded flight to the firmware as sensor samples over MAVLink, and compare the turning "
-        "angle that it finds from positions alone with the recorded course.")
-    replay.add_argument("file", metavar="FILE", help="a flight, CSV or CSV.gz")
-    replay.add_argument("--columns", metavar="FILE.toml", help="what the columns of FILE mean "
+    shadow = verbs.add_parser(
+        "shadow", help="run the firmware as the shadow of a real flight",
+        description="Feed the samples of a recorded flight to the firmware over MAVLink, and compare the turning angle "
+        "that it finds from positions alone with the recorded course. Its steering has no effect.")
+    shadow.add_argument("file", metavar="FILE", help="a flight, CSV or CSV.gz")
+    shadow.add_argument("--columns", metavar="FILE.toml", help="what the columns of FILE mean "
                         "(docs/flight-files.md; default: those of the public V3 flight)")
-    replay.add_argument("--runtime", choices=RUNTIMES, default="cpython", help="default: cpython")
-    add_plot_option(replay, "plot the firmware's turning angle and the recorded one", "NAME-replay.png here")
-    replay.set_defaults(do=actions.replay)
+    shadow.add_argument("--runtime", choices=RUNTIMES, default="cpython", help="default: cpython")
+    add_plot_option(shadow, "plot the firmware's turning angle and the recorded one", "NAME-shadow.png here")
+    shadow.set_defaults(do=actions.shadow)
 
     bench = verbs.add_parser("bench", help="measure the speed of the loop on this machine")
     bench.add_argument("--runtime", choices=("inproc", "micropython"), default="inproc",
@@ -78,7 +78,7 @@ def _parser() -> argparse.ArgumentParser:
     add_design_verb(verbs)
     add_identify_verb(verbs)
     add_board_verbs(verbs)
-    for verb in (listing, keys, paper, replay, bench):
+    for verb in (listing, keys, paper, shadow, bench):
         verb.add_argument("--json", action="store_true", help="print JSON for a script")
     return parser
 

@@ -84,10 +84,10 @@ def _draw(result: RunResult, flight: PaperFlight, folder: Path) -> None:
     track = result.flight.track()
     figure, axes = new_figure(6.0, 3.6)
     draw_trajectory(axes, track, result.flight.eight)
-    axes.set_title(flight.title)
+    figure.suptitle(flight.title, fontsize=11)
     save(figure, folder / f"trajectory-{flight.label}.png")
     shown = track.time_s < _ANGLE_WINDOW_S
     figure, axes = new_figure(6.0, 3.6)
     draw_turning_angle(axes, track.time_s[shown], track.course[shown], track.target_course[shown])
-    axes.set_title(flight.title)
+    figure.suptitle(flight.title, fontsize=11)
     save(figure, folder / f"turning-angle-{flight.label}.png")

@@ -12,6 +12,7 @@ from kite_analysis.delay.whole_loop import gain_limit
 from kite_analysis.figure_eight import Array
 from kite_analysis.figures import new_figure
 from kite_analysis.metrics import LOST, NOT_MEASURED, TRACKING, UNSTABLE
+from protocol.parameter_table import load_parameters
 from sim_bridge.errors import ScenarioError
 from sim_bridge.plants.turning_rate_settings import CONSTANT, TurningRateSettings
 from sim_bridge.scenario.keys import PlantSettings
@@ -21,6 +22,8 @@ from sim_bridge.sweeps.axes import Axis, apply
 _GAIN = "param.INNER_P"
 _MARKERS = {UNSTABLE: ("x", "#d1495b"), LOST: ("v", "#8d0801"), NOT_MEASURED: (".", "#9aa0a6"),
             "refused": ("+", "#9aa0a6")}
+_TRACKING = "#1f4e9c"
+_ERROR = "cross-track error, RMS [deg]"
 _CURVE_POINTS = 80
 
 
@@ -28,17 +31,19 @@ def draw_map(base: Scenario, axes: Sequence[Axis], rows: Sequence[dict[str, str]
     """A figure: cross-track RMS in colour where the kite tracked, a mark where it did not."""
     figure, plot = new_figure(7.5, 5.0)
     x = _column(axes[0], rows)
-    vertical = axes[1].key if len(axes) > 1 else "cross-track RMS [deg]"
+    vertical = _name(axes[1]) if len(axes) > 1 else _ERROR
     error = np.array([math.degrees(float(row["cross_track_rms_rad"] or "nan")) for row in rows])
     y = _column(axes[1], rows) if len(axes) > 1 else error
     verdicts = np.array([row["verdict"] for row in rows])
     tracking = verdicts == TRACKING
-    shades = plot.scatter(x[tracking], y[tracking], c=error[tracking], s=_size(len(rows)), marker="s",
-                          cmap="viridis", norm="log" if np.any(error[tracking] > 0.0) else None)
-    if np.any(tracking):
-        bar = figure.colorbar(shades, label="cross-track RMS [deg]", format="{x:g}")
+    if len(axes) == 1:
+        plot.plot(x[tracking], y[tracking], "s", color=_TRACKING, ms=5, label=TRACKING)
+    elif np.any(tracking):
+        shades = plot.scatter(x[tracking], y[tracking], c=error[tracking], s=_size(len(rows)), marker="s",
+                              cmap="viridis", norm="log" if np.any(error[tracking] > 0.0) else None)
+        bar = figure.colorbar(shades, label=_ERROR, format="{x:g}")
         bar.ax.yaxis.set_minor_formatter("{x:g}")
-        bar.ax.tick_params(which="minor", labelsize=8)
+        bar.ax.tick_params(which="both", labelsize=8)
     for verdict, (marker, colour) in _MARKERS.items():
         used = verdicts == verdict
         if np.any(used):
@@ -48,12 +53,19 @@ def draw_map(base: Scenario, axes: Sequence[Axis], rows: Sequence[dict[str, str]
     for axis, set_scale in zip(axes, (plot.set_xscale, plot.set_yscale), strict=False):
         if axis.logarithmic:
             set_scale("log")
-    plot.set(xlabel=axes[0].key, ylabel=vertical)
+    plot.set(xlabel=_name(axes[0]), ylabel=vertical)
     figure.suptitle(f"{base.name}: {len(rows)} flights")
     plot.grid(alpha=0.3)
     if plot.get_legend_handles_labels()[0]:
         plot.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), fontsize=8, ncols=4, frameon=False)
     return figure
+
+
+def _name(axis: Axis) -> str:
+    """The key, which carries its unit; of a parameter its name, with the unit from the table."""
+    name = axis.key.removeprefix("param.")
+    parameter = load_parameters().get(name)
+    return f"{name} [{parameter.unit}]" if parameter is not None and parameter.unit else name
 
 
 def _column(axis: Axis, rows: Sequence[dict[str, str]]) -> Array:

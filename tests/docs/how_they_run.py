@@ -13,7 +13,7 @@ PROGRAMS_NOT_RUN = {
 }
 # Names in running text of what does nothing without arguments. Shown anywhere or nowhere.
 MENTIONS = ("make flash", *(f"kite-sitl {verb}" for verb in (
-    "run", "hil", "rerun", "sweep", "replay", "identify", "design", "flash", "board-image")), *(
+    "run", "hil", "rerun", "sweep", "shadow", "identify", "design", "flash", "board-image")), *(
     f"kite-ground {verb}" for verb in ("param", "param load", "param set", "record", "plot", "log export", "replay")))
 NOT_RUN = {
     "make test": "runs this very test",
@@ -21,7 +21,7 @@ NOT_RUN = {
     "make lint type test": "runs this very test",
     "kite-sitl hil --link serial:/dev/ttyUSB0:115200 small-kite --status": "needs a board (test_hil.py has one)",
     "kite-sitl identify ours.csv --columns ours.toml": "the reader's own flight; test_flight_record.py reads such ones",
-    "kite-sitl replay ours.csv --columns ours.toml": "the reader's own flight; test_replay.py has another team's",
+    "kite-sitl shadow ours.csv --columns ours.toml": "the reader's own flight; test_shadow.py has another team's",
     "kite-ground replay DIR/ground.tlog": "no ground station was there in this flight",
     "kite-ground --link serial:/dev/ttyUSB0:57600 --link udpin:0.0.0.0:14550 monitor": "needs a radio",
 }

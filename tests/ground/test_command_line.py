@@ -26,10 +26,10 @@ def free_port() -> int:
 
 
 @pytest.mark.parametrize(("arguments", "said"), [
-    ("", "COMMAND"),
-    ("fly", "no command 'fly'; there are monitor, mode,"),
-    ("montior", "no command 'montior'; did you mean monitor?"),
-    ("param sett INNER_P 2", "no command 'sett'; did you mean set?"),
+    ("", "VERB"),
+    ("fly", "no verb 'fly'; there are monitor, mode,"),
+    ("montior", "no verb 'montior'; did you mean monitor?"),
+    ("param sett INNER_P 2", "no verb 'sett'; did you mean set?"),
     ("param show --jsn", "--jsn is not an option; did you mean --json?"),
     ("--system 300 monitor", "300 is outside 1 to 255"),
     ("mode loiter", "'loiter' is not one of standby, manual, park, track"),

@@ -45,8 +45,8 @@ def test_what_is_drawn_is_what_was_flown(flight):
     drawn = course[np.isfinite(course)]
     assert np.exp(1j * drawn) == pytest.approx(np.exp(1j * np.array([state.course for state in sent])))
     assert np.abs(np.diff(drawn)).max() < 1.0
-    asked = lines(steering)["asked"]
-    peak = np.nanmax(np.abs(asked))
+    commanded = lines(steering)["commanded"]
+    peak = np.nanmax(np.abs(commanded))
     assert 0.01 < peak < 0.25 and peak < steering.get_ylim()[1] < 0.5
     assert lines(steering)["limits, off the scale at ±1"].max() == 1.0
     assert 100.0 <= np.median(lines(delay)["round trip"]) <= 140.0
@@ -55,6 +55,9 @@ def test_what_is_drawn_is_what_was_flown(flight):
     written = {text.get_text().strip() for axes in figure.axes for text in axes.texts}
     assert any(text.startswith("INNER_P") and text.endswith("→ 2.5") for text in written)
     assert "TRACK" in written and "PARK" in written
+    figure.draw_without_rendering()
+    modes = [text.get_window_extent() for text in angle.texts if text.get_text().strip() in ("TRACK", "PARK")]
+    assert modes and not any(box.overlaps(angle.get_legend().get_window_extent()) for box in modes)
 
 
 @pytest.mark.parametrize("name", ["flight.png", "flight.svg"])

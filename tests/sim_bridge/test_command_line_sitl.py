@@ -44,7 +44,7 @@ def test_json_has_the_names_that_scripts_rely_on(capsys):
 def test_list_and_keys_and_help_teach(capsys):
     assert "paper-delay-tuned" in run(capsys, "list")[1]
     assert "link.control.jitter_s" in run(capsys, "keys")[1]
-    for verb in ("run", "rerun", "paper", "replay", "bench"):
+    for verb in ("run", "rerun", "paper", "shadow", "bench"):
         code, out, _ = run(capsys, verb, "--help")
         assert code == 0 and "usage: kite-sitl" in out
 
@@ -74,9 +74,9 @@ def test_bad_input_is_one_line_and_exit_code_2(capsys, tmp_path):
         ("run", "paper-delay", "--param", "EIGHT_HALF_H=1"): "eight needs",
         ("run", "paper-delay", "--duration", "1", "--plot", str(tmp_path / "x.nonsense")): "nonsense",
         ("rerun", str(tmp_path)): "not a run log",
-        ("replay", str(tmp_path / "none.csv")): "No such file",
-        ("replay", str(no_columns)): "column kite_elevation is missing",
-        ("replay", str(words)): "line 3, column time: 'noon' is not a number",
+        ("shadow", str(tmp_path / "none.csv")): "No such file",
+        ("shadow", str(no_columns)): "column kite_elevation is missing",
+        ("shadow", str(words)): "line 3, column time: 'noon' is not a number",
         ("paper", "--out", str(broken / "x")): "--out",
     }
     for arguments, says in cases.items():
@@ -124,12 +124,12 @@ def test_the_log_holds_the_frames_of_the_control_path(tmp_path, capsys):
 
 
 def test_plots_are_written(capsys, tmp_path):
-    flight, replay = tmp_path / "flight.png", tmp_path / "replay.svg"
+    flight, shadow = tmp_path / "flight.png", tmp_path / "shadow.svg"
     assert run(capsys, "run", "paper-no-delay", "--duration", "20", "--plot", str(flight))[0] == 0
     data = flight.read_bytes()
     assert data[:4] == b"\x89PNG" and min(struct.unpack(">II", data[16:24])) > 500
-    assert run(capsys, "replay", str(FLIGHTS / "20191008_0065.csv.gz"), "--plot", str(replay))[0] == 0
-    assert "CC-BY" in replay.read_text() or "Kitepower" in replay.read_text()
+    assert run(capsys, "shadow", str(FLIGHTS / "20191008_0065.csv.gz"), "--plot", str(shadow))[0] == 0
+    assert "CC-BY" in shadow.read_text() or "Kitepower" in shadow.read_text()
 
 
 def test_paper_makes_seven_figures_and_the_table(capsys, tmp_path):

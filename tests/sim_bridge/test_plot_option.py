@@ -31,7 +31,7 @@ def test_every_command_that_draws_asks_before_it_works_and_writes_over_nothing(h
     """The files that are there hold a user's words; each command is asked for these very files, and for no picture."""
     drawers = {
         RUN: "paper-delay-tuned.png", DESIGN: "design.png", ("identify", "flight"): "flight-identify.png",
-        ("replay", FLIGHT): "20191008_0065-replay.png", SWEEP: "paper-delay-tuned-sweep.png",
+        ("shadow", FLIGHT): "20191008_0065-shadow.png", SWEEP: "paper-delay-tuned-sweep.png",
     }
     for words, name in drawers.items():
         (here / name).write_text("mine")

@@ -17,6 +17,7 @@ from sim_bridge.errors import ScenarioError
 from sim_bridge.runs.run import RunOptions, run_scenario
 from sim_bridge.scenario.scenario import load_scenario
 from sim_bridge.sweeps.axes import grid, parse_axis, random_sample
+from sim_bridge.sweeps.map_plot import draw_map
 
 SWEEP = ["sweep", "paper-delay-tuned", "--over", "param.INNER_P=1:9:3", "--over", "link.control.delay_s=0.1,0.4",
          "--duration", "12"]
@@ -52,6 +53,18 @@ def test_a_sweep_flies_what_single_runs_fly(whole):
     assert (rows[5]["seed"], rows[5]["verdict"]) == ("6", "unstable")
     assert float(rows[5]["cross_track_rms_rad"]) == alone["cross_track_rms_rad"]
     assert rows[2]["verdict"] == "tracking"
+
+
+def test_the_plot_names_parameters_with_their_units_and_shows_the_error_once(whole):
+    pytest.importorskip("matplotlib")
+    base, rows = load_scenario("paper-delay-tuned"), rows_of(whole)
+    gain, delay = parse_axis(SWEEP[3]), parse_axis(SWEEP[5])
+    plot, bar = draw_map(base, [gain, delay], rows).axes
+    assert (plot.get_xlabel(), plot.get_ylabel()) == ("INNER_P [1/s]", "link.control.delay_s")
+    assert bar.get_ylabel() == "cross-track error, RMS [deg]"
+    (plot,) = draw_map(base, [gain], rows).axes
+    assert (plot.get_xlabel(), plot.get_ylabel()) == ("INNER_P [1/s]", "cross-track error, RMS [deg]")
+    assert {"tracking", "unstable"} <= {text.get_text() for text in plot.get_legend().get_texts()}
 
 
 def killed_in_the_middle(path):

@@ -33,7 +33,7 @@ def test_keys_tell_what_a_scenario_takes(capsys):
 
 
 @pytest.mark.parametrize(("arguments", "says"), [
-    ("rn paper-delay", "no command 'rn'; did you mean run?"),
+    ("rn paper-delay", "no verb 'rn'; did you mean run?"),
     ("list --jsn", "--jsn is not an option; did you mean --json?"),
     ("run paper-delay --duratoin 4", "--duratoin is not an option; did you mean --duration?"),
     ("run paper-delay --runtime pico", "'pico' is not one of inproc, cpython, micropython"),

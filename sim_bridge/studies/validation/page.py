@@ -2,6 +2,7 @@
 
 import datetime
 import platform
+import textwrap
 from collections.abc import Callable
 from importlib import metadata
 from pathlib import Path
@@ -9,13 +10,14 @@ from pathlib import Path
 from kite_analysis.flights.reader import read_record
 from sim_bridge.studies.validation import plant_laws, real_flights
 
+_WIDTH = 120  # columns
 _HEAD = """\
 # Validation: what the models are worth
 
 Made by `make validate` on {date}, with kitepilot {version} under Python {python}; speeds are for one core of the
 machine that made it.
 
-{attribution}.
+{attribution}
 
 ## The turning-rate law on real flights
 
@@ -36,7 +38,7 @@ def page(files: list[Path], notice: Callable[[str], None]) -> str:
     names = [path.name.split(".")[0] for path in files]
     text = _HEAD.format(date=datetime.datetime.now(datetime.UTC).date().isoformat(),
                         version=metadata.version("kitepilot"), python=platform.python_version(),
-                        attribution=records[0].attribution or records[0].title)
+                        attribution=textwrap.fill(f"{records[0].attribution or records[0].title}.", _WIDTH))
     text += real_flights.law_table(names, records)
     text += "The steering actuator, from commanded to actual steering:\n\n"
     text += real_flights.actuator_table(names, records)
@@ -55,6 +57,6 @@ def page(files: list[Path], notice: Callable[[str], None]) -> str:
              "that the law explains.\n\n") + plant_laws.law_table(notice)
     text += ("K of the plants with forces, at the mean airspeed, as wind, line length and depower change; "
              "tether and eight are\notherwise those of the plant's set.\n\n") + plant_laws.variation_tables(notice)
-    text += ("## The paper's flights on every plant\n\n`kite-sitl paper --plant NAME` draws them. L is 5, and the line "
-             "long enough for 0.2 line lengths a second.\n\n") + plant_laws.paper_table(notice)
+    text += ("## The paper's flights on every plant\n\n`kite-sitl paper --plant NAME` draws them. L is 5, and the "
+             "tether is so long that the kite flies\n0.2 line lengths per second.\n\n") + plant_laws.paper_table(notice)
     return text.rstrip() + "\n"

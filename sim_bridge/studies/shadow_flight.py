@@ -1,7 +1,7 @@
-"""A real flight, fed to the firmware as sensor samples over MAVLink.
+"""A real flight with the firmware as its shadow: it receives the recorded samples over MAVLink, and moves nothing.
 
-The firmware sees only positions and finds its own turning angle, which is compared with the recorded course; and it
-steers for an eight fitted to the flight, without effect.
+The firmware sees only positions and finds its own turning angle, which is compared with the recorded course. Its
+steering, for an eight fitted to the flight, has no effect.
 """
 
 from collections.abc import Callable
@@ -13,7 +13,7 @@ import numpy as np
 
 from kite_analysis.angles import wrap
 from kite_analysis.figure_eight import Array, TargetEight
-from kite_analysis.figures import new_figure
+from kite_analysis.figures import legend_above, new_figure
 from kite_analysis.flights.real_flight import fit_eight, read_flight
 from kite_analysis.flights.record import FlightRecord
 from kite_analysis.plots import draw_turning_angle
@@ -33,7 +33,7 @@ _SENT = (
 _FROM_POSITIONS = 2.0
 
 
-class Replay(NamedTuple):
+class ShadowFlight(NamedTuple):
     """A flight and the firmware's response, a row per sample."""
 
     data: FlightRecord
@@ -44,7 +44,7 @@ class Replay(NamedTuple):
     numbers: dict[str, Any]
 
 
-def replay_scenario(data: FlightRecord) -> Scenario:
+def shadow_scenario(data: FlightRecord) -> Scenario:
     """The v3-flight-paper scenario with the eight of this flight, its direction, and positions as the only source.
 
     Without prediction, as the commanded steering has no effect here.
@@ -62,15 +62,18 @@ def replay_scenario(data: FlightRecord) -> Scenario:
     return scenario
 
 
-def play(path: Path, runtime_name: str, notice: Callable[[str], None], columns: Path | None = None) -> Replay:
-    """Play the flight in `path`, whose columns mean what `columns` says (default: those of the public flight).
+def fly_shadow(path: Path, runtime_name: str, notice: Callable[[str], None],
+               columns: Path | None = None) -> ShadowFlight:
+    """Fly the firmware as the shadow of the flight in `path`.
+
+    `columns` describes the file's columns (default: those of the public flight).
 
     Raises:
         FlightDataError: the file is not a flight.
         ScenarioError, FirmwareError: it cannot be flown.
     """
     data = read_flight(path, columns)
-    scenario = replay_scenario(data)
+    scenario = shadow_scenario(data)
     runtime = make_runtime(runtime_name, False, False, notice)
     period_s = 1.0 / scenario.parameter("LOOP_HZ")
     preflight = Preflight(scenario)
@@ -96,7 +99,7 @@ def play(path: Path, runtime_name: str, notice: Callable[[str], None], columns: 
     numbers = _compare(data, course)
     numbers |= {"file": path.name, "runtime": runtime.name, "samples": len(course)}
     eight = TargetEight.from_parameters(scenario.parameter)
-    return Replay(data, eight, course, steering, mode == dialect.KITE_MODE_TRACK, numbers)
+    return ShadowFlight(data, eight, course, steering, mode == dialect.KITE_MODE_TRACK, numbers)
 
 
 def _sample(data: FlightRecord, row: int) -> Sample:
@@ -118,21 +121,20 @@ def _compare(data: FlightRecord, course: Array) -> dict[str, Any]:
     }
 
 
-def plot_replay(replay: Replay, title: str) -> Any:
+def plot_shadow(flight: ShadowFlight, title: str) -> Any:
     """The firmware's turning angle with the recorded course, and its steering with the recorded one."""
     figure, (top, bottom) = new_figure(9.0, 6.5, rows=2)
-    used = replay.data.selected
-    time_s = replay.data.time_s[used]
-    draw_turning_angle(top, time_s, replay.course[used], replay.data.course[used],
+    used = flight.data.selected
+    time_s = flight.data.time_s[used]
+    draw_turning_angle(top, time_s, flight.course[used], flight.data.course[used],
                        ("firmware, from positions", "recorded course"))
-    asked = np.where(replay.tracking, replay.steering_asked, np.nan)[used]
-    bottom.plot(time_s, replay.data.set_steering[used], "--", color="#d1495b", lw=1.0, label="recorded, commanded")
-    bottom.plot(time_s, asked, color="#1f4e9c", lw=1.0, label="firmware, for the fitted eight")
+    asked = np.where(flight.tracking, flight.steering_asked, np.nan)[used]
+    bottom.plot(time_s, flight.data.set_steering[used], "--", color="#d1495b", lw=1.0, label="recorded, as commanded")
+    bottom.plot(time_s, asked, color="#1f4e9c", lw=1.0, label="firmware, for the eight fitted to the flight")
     bottom.set(xlabel="time [s]", ylabel="steering")
     bottom.grid(alpha=0.3)
-    bottom.legend(loc="upper right", fontsize=8, ncols=2)
-    bottom.margins(y=0.2)
+    legend_above(bottom)
     top.set_xlabel("")
-    figure.suptitle(title)
-    figure.supxlabel(replay.data.attribution, x=0.995, ha="right", fontsize=6, color="#666666")
+    figure.suptitle(f"{title}: recorded, and the firmware as its shadow")
+    figure.supxlabel(flight.data.attribution, x=0.995, ha="right", fontsize=6, color="#666666")
     return figure

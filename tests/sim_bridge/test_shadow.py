@@ -1,4 +1,4 @@
-"""Real flights played into the firmware (data: see tests/data/flight/README.md)."""
+"""Real flights with the firmware as their shadow (data: see tests/data/flight/README.md)."""
 
 import csv
 import gzip
@@ -12,7 +12,7 @@ from kite_analysis.angles import wrap
 from kite_analysis.figure_eight import TargetEight, turning_angle, unit_position
 from kite_analysis.flights.real_flight import fit_eight, read_flight
 from sim_bridge.cli.main import main
-from sim_bridge.studies.real_flight import play
+from sim_bridge.studies.shadow_flight import fly_shadow
 
 FLIGHTS = sorted((Path(__file__).parent.parent / "data" / "flight").glob("*.csv.gz"))
 
@@ -23,12 +23,12 @@ def test_there_are_three_flights():
 
 @pytest.mark.parametrize("path", FLIGHTS, ids=lambda path: path.name[9:13])
 def test_the_firmware_finds_the_recorded_course_from_positions_alone(path):
-    replay = play(path, "cpython", print)
-    assert replay.numbers["turning_angle_rms_deg"] < 7.0
-    assert abs(replay.numbers["turning_angle_bias_deg"]) < 1.0
-    flown = replay.tracking & replay.data.selected
-    assert flown.sum() > 0.9 * replay.data.selected.sum()
-    assert np.corrcoef(replay.steering_asked[flown], replay.data.steering[flown])[0, 1] > 0.3
+    flight = fly_shadow(path, "cpython", print)
+    assert flight.numbers["turning_angle_rms_deg"] < 7.0
+    assert abs(flight.numbers["turning_angle_bias_deg"]) < 1.0
+    flown = flight.tracking & flight.data.selected
+    assert flown.sum() > 0.9 * flight.data.selected.sum()
+    assert np.corrcoef(flight.steering_asked[flown], flight.data.steering[flown])[0, 1] > 0.3
 
 
 @pytest.mark.parametrize("path", FLIGHTS, ids=lambda path: path.name[9:13])
@@ -41,7 +41,7 @@ def test_the_recorded_course_is_the_direction_of_the_recorded_positions(path):
     assert np.degrees(np.sqrt(np.mean(error**2))) < 5.0
 
 
-def test_another_teams_flight_is_replayed(tmp_path, capsys):
+def test_another_teams_flight_has_a_shadow(tmp_path, capsys):
     """Its own names and units, and neither distance nor force: the same turning angle as by the public names."""
     rows = []
     with gzip.open(FLIGHTS[0], "rt", newline="", encoding="utf-8") as file:
@@ -67,12 +67,12 @@ def test_another_teams_flight_is_replayed(tmp_path, capsys):
         values = ["eights"]""")
     theirs = [str(tmp_path / "theirs.csv"), "--columns", str(tmp_path / "theirs.toml")]
     plot = str(tmp_path / "plot.png")
-    assert main(["replay", *theirs, "--runtime", "inproc", "--json", "--plot", plot]) == 0
+    assert main(["shadow", *theirs, "--runtime", "inproc", "--json", "--plot", plot]) == 0
     numbers = json.loads(capsys.readouterr().out)
-    ours = play(FLIGHTS[0], "inproc", print).numbers
+    ours = fly_shadow(FLIGHTS[0], "inproc", print).numbers
     assert numbers["turning_angle_rms_deg"] == pytest.approx(ours["turning_angle_rms_deg"], abs=0.5)
     assert numbers["reel_out_s"] == pytest.approx(ours["reel_out_s"], abs=1.0)
-    assert main(["replay", theirs[0]]) == 2
+    assert main(["shadow", theirs[0]]) == 2
     assert "column time is missing (and 10 more)" in (said := capsys.readouterr().err) and "--columns FILE" in said
 
 
