@@ -65,12 +65,21 @@ class Autopilot:
         self._controls = [0, flags] + [0.0] * 16 + [0]  # kept, as making it anew costs a board half a millisecond
         self._uptime_us = 0  # does not wrap
         self._last_tick = None
+        self._elapsed_us = 0  # between the last two ticks
         self._behind_us = 0  # of the loop's beat: time that is not in the steering's history yet
         self._loaded = -1
         self.keeper.start(reset_cause)
 
     def tick(self, now):
         """Run the loop once at `now` [us, wrapped]. The link has put what arrived into `inbox` before."""
+        self.steer(now, 0)
+        self.serve(now)
+
+    def steer(self, now, late_us):
+        """The first half of a tick, that begins `late_us` after it was due: from the newest sample to the steering.
+
+        The steering is left with the link.
+        """
         elapsed_us = 0 if self._last_tick is None else ticks_since(now, self._last_tick)
         self._uptime_us += elapsed_us
         self.link.budget.refill(elapsed_us)
@@ -82,14 +91,18 @@ class Autopilot:
         fresh = sample is not None and self.kite.take(sample, self.steering.asked, self.gains.turn_k)
         self.modes.update(elapsed_us, missing, fresh)
         if fresh:
-            self._learn(now)
-        self._steer(fresh, now)
+            self._learn(now - late_us)
+        self._steer(fresh, now - late_us, late_us)
         self.history.note(self.steering.asked, self._whole_ticks(elapsed_us))
         self._controls[_UPTIME] = self._uptime_us
         self._controls[_STEERING] = self.steering.asked
         self.link.send(HIL_ACTUATOR_CONTROLS, self._controls)
+        self._elapsed_us = elapsed_us
+
+    def serve(self, now):
+        """The second half: what was asked, what is to be kept, and what is told."""
         self.dispatcher.serve(self.inbox, now, self._uptime_us)
-        self.keeper.update(elapsed_us)  # before the link is flushed: what is acknowledged is kept
+        self.keeper.update(self._elapsed_us)  # before the link is flushed: what is acknowledged is kept
         self.telemetry.send_due(now, self._uptime_us)
         self.link.flush()
 
@@ -114,12 +127,13 @@ class Autopilot:
         self._loaded = self.parameters.version
 
     def _learn(self, now):
-        """Let what adapts in flight see a new sample."""
+        """Let what adapts in flight see a new sample, in the tick that was due at `now`."""
         self.prediction.note_sample(self.kite, now)
         self.turn_k.take(self.kite, self.prediction.steering_at_sample(self.kite, now))
         self.gains.update(self.kite, self.turn_k)
 
-    def _steer(self, fresh, now):
+    def _steer(self, fresh, now, late_us):
+        """Let the mode's law steer, in the tick that was due at `now`."""
         kite = self.kite
         gains = self.gains
         mode = self.modes.mode
@@ -127,7 +141,7 @@ class Autopilot:
         predicted = self.prediction.config.delay_us and not self.modes.stale and mode in _STEERED
         if predicted:
             kite = self.prediction
-            kite.update(self.kite, now, gains.turn_k)
+            kite.update(self.kite, now, gains.turn_k, late_us)
         if fresh:
             self.guidance.scan(self.kite.frame, self.kite.course)
         if mode != KITE_MODE_TRACK or self.modes.stale:

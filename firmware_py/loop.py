@@ -50,7 +50,7 @@ def run_real_time(autopilot, board):
         start = _wait(autopilot, board, due, room)
         if not timing.note_start(ticks_diff(start, due), autopilot.period_us):
             due = start
-        room = step_real_time(autopilot, board, start)
+        room = step_real_time(autopilot, board, start, ticks_diff(start, due))
         timing.note_end(ticks_diff(ticks_us(), start), autopilot.period_us)
         due = ticks_add(due, autopilot.period_us)
         collector.collect_if_due(autopilot.parameters.values[COLLECT_TICKS], ticks_diff(due, ticks_us()))
@@ -72,8 +72,11 @@ def _wait(autopilot, board, due, room):
             room -= autopilot.link.receive(autopilot.inbox, room)
 
 
-def step_real_time(autopilot, board, now):
-    """One tick of a board: its sensors in, its actuator out. Return how many bytes may be received until the next."""
+def step_real_time(autopilot, board, now, late_us):
+    """One tick of a board, `late_us` after it was due: its sensors in, its actuator out.
+
+    Return how many bytes may be received until the next.
+    """
     room = board.bytes_per_tick
     room -= autopilot.link.receive(autopilot.inbox, room)
     if board.sensors is not None:
@@ -81,9 +84,14 @@ def step_real_time(autopilot, board, now):
         sample = board.sensors.sample(now)
         if sample is not None:
             autopilot.inbox.put(KITE_SENSORS, sample, _BOARD, _BOARD)
-    autopilot.tick(now)
+    autopilot.steer(now, late_us)
+    autopilot.link.flush()  # steering waits for nothing
+    armed = autopilot.modes.armed()
     if board.actuator is not None:
-        board.actuator.write(autopilot.steering.asked, autopilot.modes.armed())
+        board.actuator.write(autopilot.steering.asked, armed)
+    autopilot.serve(now)
+    if board.actuator is not None and armed != autopilot.modes.armed():
+        board.actuator.write(autopilot.steering.asked, not armed)
     board.watchdog.feed()
     board.light.show(autopilot.modes.mode, autopilot.modes.stale, now)
     return room

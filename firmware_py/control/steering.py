@@ -68,7 +68,11 @@ class Steering:
         if kite.turning_slew:
             needed = kite.turning_ratio * rate - config.turn_offset - gravity_rate
             most = full * config.limit
-            error -= _still_turning(kite, max(-most, min(most, needed)))
+            if needed > most:
+                needed = most
+            elif needed < -most:
+                needed = -most
+            error -= _still_turning(kite, needed)
         rate += gains.gain_p * error
         rate = kite.turning_ratio * rate - config.turn_offset - gravity_rate
         self._limit(rate / full, dt)

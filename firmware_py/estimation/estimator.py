@@ -264,7 +264,8 @@ class Estimator:
             self._span = 0.0
             return
         window_us = int(self.config.course_window * 1e6)
-        self._oldest = max(self._oldest, self._count - _HISTORY)
+        if self._oldest < self._count - _HISTORY:
+            self._oldest = self._count - _HISTORY
         while self._oldest < newest - 1:  # leave behind what the window does not need
             if ticks_diff(self.sample_time, self._times[(self._oldest + 1) % _HISTORY]) < window_us:
                 break

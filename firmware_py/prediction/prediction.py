@@ -84,7 +84,7 @@ class Prediction:
         self._followed = False  # True while samples are smoothed
 
     def note_sample(self, kite, now):
-        """The `kite`, an estimate, has taken a sample at `now`."""
+        """The `kite`, an estimate, has taken a sample in the tick that was due at `now`."""
         config = self.config
         age = ticks_diff(now, kite.sample_time)
         late = age - self._usual_age
@@ -112,14 +112,18 @@ class Prediction:
         self._find_sample(kite, now)
         return self._history.position / ONE
 
-    def update(self, kite, now, turn_k):
-        """Predict from the newest sample of the `kite`, an estimate, that turns by K = `turn_k` [rad/m]."""
+    def update(self, kite, now, turn_k, late_us=0):
+        """Predict from the newest sample of the `kite`, an estimate, that turns by K = `turn_k` [rad/m].
+
+        The tick was due at `now` and began `late_us` after it: the steering before it acts for so much longer, and that
+        decided on now for so much less.
+        """
         if not self._followed:  # just switched on, and no sample since
             self.note_sample(kite, now)
         partial, ticks = self._find_sample(kite, now)
         drift = self._drift
         drift.begin(kite)
-        turned = self._fly(kite, partial, ticks, turn_k)
+        turned = self._fly(kite, partial, ticks, _TAIL + _TAIL * late_us / self.config.period_us, turn_k)
         frame = self.frame
         self.heading = self._rotation.carry(kite.frame, kite.heading, frame)
         self.course = wrap(self.heading + drift.end(turned))
@@ -130,19 +134,28 @@ class Prediction:
         """Take the actuator's model to the sample's time; return the fraction of a tick and the ticks sent since."""
         config = self.config
         period = config.period_us
-        late = ticks_diff(now, kite.sample_time) - self._usual_age
-        horizon = self.horizon_us = max(0, min((ROOM - 1) * period, config.delay_us + late))
+        horizon = config.delay_us + ticks_diff(now, kite.sample_time) - self._usual_age
+        if horizon < 0:
+            horizon = 0
+        elif horizon > (ROOM - 1) * period:
+            horizon = (ROOM - 1) * period
+        self.horizon_us = horizon
         ticks = -(-horizon // period)
         beyond = horizon - (ticks - 1) * period  # of the oldest of them, what lies after the sample
         partial = beyond / period if 0 < beyond < period else 0.0
         measured = None
         if kite.valid & KITE_VALID_STEERING:
-            measured = round(max(-_MOST_STEERING, min(_MOST_STEERING, kite.steering)) * ONE)
+            steering = kite.steering
+            if steering > _MOST_STEERING:
+                steering = _MOST_STEERING
+            elif steering < -_MOST_STEERING:
+                steering = -_MOST_STEERING
+            measured = round(steering * ONE)
         self._history.begin(ticks, partial, measured)
         return partial, ticks - 1 if partial else ticks
 
-    def _fly(self, kite, partial, ticks, turn_k):
-        """Rotate over the arcs from the sample on; return the turning [rad]."""
+    def _fly(self, kite, partial, ticks, tail, turn_k):
+        """Rotate over the arcs from the sample on, with `tail` of a tick behind the last; return the turning [rad]."""
         config = self.config
         history = self._history
         rotation = self._rotation
@@ -151,18 +164,28 @@ class Prediction:
         full = turn_k * self.airspeed  # turning rate of full steering
         unit = full * period / ONE
         unit_moment = unit * period
-        arcs = max(1, min(_ARCS, ticks, 1 + int(unit * history.saturation * ticks / _ARC_TURN)))
-        airspeed = max(self.airspeed, config.airspeed_min)
-        gravity = config.gravity_c / airspeed * kite.frame.e1z
+        arcs = 1 + int(unit * history.saturation * ticks / _ARC_TURN)
+        if arcs > _ARCS:
+            arcs = _ARCS
+        if arcs > ticks:
+            arcs = ticks or 1
+        airspeed = self.airspeed
+        if airspeed < config.airspeed_min:
+            airspeed = config.airspeed_min
+        gravity = config.gravity_c / airspeed * kite.frame.e1z if config.gravity_c else 0.0
+        offset = config.turn_offset
         turned = 0.0
         rotation.begin()
         for left in range(arcs, 0, -1):
             whole = ticks // left
             ticks -= whole
-            history.advance(partial, whole, left == 1)
-            length = (partial + whole + (_TAIL if left == 1 else 0.0)) * period
+            end = tail if left == 1 else 0.0
+            history.advance(partial, whole, end)
+            length = (partial + whole + end) * period
             partial = 0.0
-            turn = unit * history.total + config.turn_offset * length
+            turn = unit * history.total
+            if offset:
+                turn += offset * length
             turn_moment = unit_moment * history.moment
             mean = turned + 0.5 * turn - turn_moment / length  # turned so far, over the arc
             if gravity:

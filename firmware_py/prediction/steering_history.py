@@ -82,13 +82,13 @@ class SteeringHistory:
         if measured is not None:
             way = measured - self.position
             if not -_SAME <= way <= _SAME:
-                self.position = max(-_MOST, min(_MOST, measured))
+                self.position = measured if -_MOST < measured < _MOST else _MOST if measured > 0 else -_MOST
                 self._on_model = False
 
     def advance(self, partial, ticks, tail):
-        """Advance by `partial` of a tick, then `ticks` whole ones, then half of one if `tail`.
+        """Advance by `partial` of a tick, then `ticks` whole ones, then `tail` of one, all of which may be 0.
 
-        In that half, the last commanded steering is held.
+        In the tail, the last commanded steering is held.
         """
         before = first = 0.0
         if partial:
@@ -129,12 +129,12 @@ class SteeringHistory:
             moment += done * stretch + inside + beside * (size * (size - 1) >> 1)
             total += stretch
             done += size
-        length = ticks + 0.5 if tail else ticks
+        length = ticks + tail
         moment -= (0.5 * length - 0.5) * total
         if tail:
-            mean = self._follow(self._count - 1, self._per_tick >> 1 or 1)
-            moment += 0.25 * self._inner + 0.25 * ticks * mean
-            total += 0.5 * mean
+            mean = self._follow(self._count - 1, self._limit(tail))
+            moment += tail * (tail * self._inner + 0.5 * ticks * mean)
+            total += tail * mean
         if partial:
             moment += first + 0.5 * (total * partial - before * length)
             total += before
@@ -187,33 +187,39 @@ class SteeringHistory:
 
     def _limit(self, share):
         """How far the actuator gets in this share of a tick."""
-        return max(1, int(self._per_tick * share))
+        return int(self._per_tick * share) or 1
 
     def _follow(self, tick, limit):
         """Move on through a tick, or a part of one in which the actuator gets `limit` far; return the mean position.
 
         A ramp over the share x of it, then rest. `_inner` is its first moment, d (x / 4 - x^2 / 6) for a way of d.
         """
-        target = max(-self.saturation, min(self.saturation, self._asked[tick & _INDEX]))
-        way = target - self.position
-        size = abs(way)
+        target = self._asked[tick & _INDEX]
+        if target > self.saturation:
+            target = self.saturation
+        elif target < -self.saturation:
+            target = -self.saturation
+        position = self.position
+        way = target - position
+        size = way if way > 0 else -way
         if size >= limit:
-            mean = limit >> 1
-            self._inner = limit // 12
+            inner = limit // 12
             if way > 0:
-                mean += self.position
-                self.position += limit
-            else:
-                mean = self.position - mean
-                self.position -= limit
-                self._inner = -self._inner
-            return mean
+                self._inner = inner
+                self.position = position + limit
+                return position + (limit >> 1)
+            self._inner = -inner
+            self.position = position - limit
+            return position - (limit >> 1)
+        self.position = target
+        if not size:
+            self._inner = 0
+            return target
         shift = self._shift
         size >>= shift
-        limit = max(1, limit >> shift)
+        limit = limit >> shift or 1
         short = (size * size // (2 * limit)) << shift
-        inner = (short >> 1) - short * (size >> 5) // (3 * max(1, limit >> 5))
-        self.position = target
+        inner = (short >> 1) - short * (size >> 5) // (3 * (limit >> 5 or 1))
         if way > 0:
             self._inner = inner
             return target - short

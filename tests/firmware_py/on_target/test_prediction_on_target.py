@@ -85,10 +85,10 @@ def test_the_actuator_goes_no_faster_and_no_further_than_it_can():
     for _ in range(20):
         history.note(1.0, 1)
     history.begin(20, 0.0, 0)
-    history.advance(0.0, 4, False)
+    history.advance(0.0, 4, 0.0)
     assert near(history.position / ONE, 0.2) and near(history.total / ONE, 0.4)  # 0.05 a tick: 0, 0.05, ... 0.2
     assert near(history.moment / ONE, 0.2 * 16.0 / 12.0)  # of a ramp: slope n^3 / 12
-    history.advance(0.0, 16, True)
+    history.advance(0.0, 16, 0.5)
     assert near(history.position / ONE, 0.25)
 
 
@@ -99,7 +99,7 @@ def test_the_largest_sums_come_out_right():
     for _ in range(80):
         history.note(-1.0, 1)
     history.begin(30, 0.5, None)
-    history.advance(0.5, 29, True)
+    history.advance(0.5, 29, 0.5)
     assert near(history.total / ONE, -30.0) and near(history.moment / ONE, 0.0, 1e-3)
 
 
