@@ -115,18 +115,16 @@ class CommandRequests:
 class Acknowledgements:
     """On their way out, as many as the link's budget has room for, the rest in their turn.
 
-    Bounded, and fair between senders; what finds no room is counted in `dropped`: its station asks again.
+    Bounded, and fair between senders; what finds no place is forgotten: its station asks again.
     """
 
     def __init__(self, link):
         self._link = link
         self._queue = Queue(_ROOM)
-        self.dropped = 0
 
     def put(self, request):
         """Take one in, as a Request to send."""
-        if not self._queue.put(request):
-            self.dropped += 1
+        self._queue.put(request)
         self.send_some()
 
     def is_busy(self):

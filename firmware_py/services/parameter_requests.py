@@ -26,7 +26,6 @@ class ParameterRequests:
         self._link = link
         self._say = say
         self._refusals = []  # values of PARAM_ERROR
-        self.dropped = 0  # refusals that found no room: their stations ask again
         self._unsent = []  # indices of parameters that have changed, or were refused a change
         self._next = 0  # of the list
         self._left = 0
@@ -106,8 +105,6 @@ class ParameterRequests:
         self._link.answer(PARAM_VALUE, values)
 
     def _refuse(self, request, error):
-        """Send PARAM_ERROR when there is room."""
+        """Send PARAM_ERROR when there is room; what finds no place is forgotten: its station asks again."""
         if len(self._refusals) < _REFUSALS:
             self._refusals.append((-1, request.system, request.component, request.name, error))
-        else:
-            self.dropped += 1

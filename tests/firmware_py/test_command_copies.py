@@ -6,6 +6,7 @@ The kite is system 9 here and every command says that it is sent a third time: n
 import pytest
 from firmware_bench import ARM, DO_SET_MODE, MANUAL, PARK, PERIOD_S, STANDBY, TRACK, Bench, of_kind, set_parameter
 
+from firmware_py.control.figure_eight import CURVE_PARAMETERS
 from protocol import dialect
 
 ACCEPTED, REJECTED = dialect.MAV_RESULT_ACCEPTED, dialect.MAV_RESULT_TEMPORARILY_REJECTED
@@ -119,6 +120,14 @@ def test_commands_without_a_number_are_obeyed_as_they_come(parked):
         assert mode(parked) == wanted
 
 
+def test_without_numbers_too_a_park_has_the_last_word_over_what_came_before_it_in_its_tick(parked):
+    for wanted in (MANUAL, PARK):
+        values = (1.0, float(wanted), 0.0, 0.0, 0.0, 0.0, 0.0, DO_SET_MODE, SYSTEM, 1, 0)
+        parked.autopilot.inbox.put(dialect.MAVLINK_MSG_ID_COMMAND_LONG, values, 255, 190)
+    assert sorted(results(parked)) == sorted([ACCEPTED, REJECTED])
+    assert mode(parked) == PARK
+
+
 def test_a_copy_of_a_refused_command_stays_refused_and_asking_again_is_a_new_command(parked):
     """TRACK while samples are stale; they are back when its copy comes over the slow link."""
     sky, parked.sky = parked.sky, None
@@ -167,6 +176,23 @@ def test_a_park_on_the_ground_keeps_its_place_among_other_commands(grounded):
     assert set(grounded.texts()) == {"arm first"}
 
 
+def test_the_last_word_of_a_breath_is_whatever_comes_after_what_brings_the_kite_to_rest(parked):
+    """PARK is obeyed first, and has overtaken what came before it, not what comes behind."""
+    assert results(parked, frame(1, TO_TRACK, 7), frame(1, TO_PARK), frame(2, TO_MANUAL)) == [
+        ACCEPTED, REJECTED, ACCEPTED]
+    assert mode(parked) == MANUAL
+
+
+def test_what_was_overtaken_in_its_tick_counts_as_done_and_is_told_of_when_it_comes_again(parked):
+    """So what its station has sent before it is late, as if another station's PARK had come a tick later."""
+    assert sorted(results(parked, frame(5, TO_MANUAL, 7), frame(1, TO_PARK))) == sorted([ACCEPTED, REJECTED])
+    assert LATE_TEXT not in parked.texts()
+    assert results(parked, frame(4, TO_TRACK, 7)) == [REJECTED]
+    assert results(parked, frame(5, TO_MANUAL, 7)) == [REJECTED]
+    assert mode(parked) == PARK
+    assert parked.texts().count(LATE_TEXT) == 2
+
+
 @pytest.mark.parametrize("breath", [[ARMING, DISARM], [TO_PARK, ARMING, DISARM], [TO_PARK, TO_PARK, ARMING, DISARM]])
 def test_an_arm_in_one_breath_with_a_later_disarm_of_another_station_does_not_arm(grounded, breath):
     frames = [frame(1, wish, station) for station, wish in enumerate(breath, start=1)]
@@ -186,6 +212,47 @@ def test_eight_commands_wait_for_the_check_of_the_eight_and_more_are_rejected_at
     accepted = of_kind("COMMAND_ACK", grounded.run(0.5))
     assert [(ack.target_system, ack.result) for ack in accepted] == [(station, ACCEPTED) for station in range(1, 9)]
     assert mode(grounded) == PARK
+
+
+def test_what_found_no_place_among_the_eight_was_answered_and_does_not_come_back(grounded):
+    """A ninth, with number and wish of the second and yet no copy of it: another station sent it."""
+    breath = [ARMING, TO_MANUAL, TO_PARK] + [ARMING] * 5
+    frames = [frame(1, wish, station) for station, wish in enumerate(breath, start=1)]
+    ninth = frame(1, TO_MANUAL, 9)
+    grounded._waiting += frames[:6]
+    grounded.step()
+    grounded._waiting += [*frames[6:], ninth]
+    answers = of_kind("COMMAND_ACK", grounded.step())
+    assert [(ack.target_system, ack.result) for ack in answers] == [(9, REJECTED)]
+    while len(answers) < 4:
+        answers += of_kind("COMMAND_ACK", grounded.step())
+    assert mode(grounded) == PARK  # as the third asked
+    grounded._waiting.append(ninth)
+    answers += of_kind("COMMAND_ACK", grounded.run(0.3))
+    assert [ack.result for ack in answers if ack.target_system == 9] == [REJECTED, REJECTED]
+    assert [ack.target_system for ack in answers if ack.result == ACCEPTED] == list(range(1, 9))
+    assert mode(grounded) == PARK
+
+
+def test_a_copy_that_finds_no_place_says_nothing_of_the_one_that_waits(grounded):
+    grounded._waiting += [frame(1, ARMING, station) for station in range(1, 7)]
+    grounded.step()
+    manual = frame(1, TO_MANUAL, 8)
+    grounded._waiting += [frame(1, ARMING, 7), manual, manual]
+    (rejected,) = of_kind("COMMAND_ACK", grounded.step())
+    assert (rejected.command, rejected.target_system, rejected.result) == (DO_SET_MODE, 8, REJECTED)
+    assert [ack.result for ack in of_kind("COMMAND_ACK", grounded.run(0.3))] == [ACCEPTED] * 8
+    assert mode(grounded) == MANUAL
+
+
+def test_curves_that_find_no_place_for_their_check_are_counted(parked):
+    """Beside the one that is looked at, twice as many wait as there are parameters of the curve."""
+    assert results(parked, frame(1, TO_TRACK)) == [ACCEPTED]
+    for station in range(1, 25):
+        curve = set_parameter("EIGHT_ELEVATION", 40.0 + 0.125 * station)
+        parked._waiting.append(bytes(curve.pack(dialect.MAVLink(None, station, 190))))
+    assert len(of_kind("PARAM_VALUE", parked.run(4.0))) == 1 + 2 * len(CURVE_PARAMETERS)
+    assert parked.autopilot.inbox.refused == 24 - (1 + 2 * len(CURVE_PARAMETERS))
 
 
 def test_a_curve_that_waits_for_its_check_is_set_without_one_when_the_kite_leaves_track(parked):

@@ -50,14 +50,18 @@ def test_a_command_to_track_that_waits_is_overtaken_by_a_later_one(later):
     assert bench.autopilot.modes.mode == later
 
 
-def test_a_command_for_a_mode_that_does_not_exist_overtakes_nothing():
+@pytest.mark.parametrize(("command", "first", "second", "result"), [
+    (DO_SET_MODE, 1.0, 77.0, REJECTED), (ARM, 5.0, 0.0, dialect.MAV_RESULT_DENIED),
+    (dialect.MAV_CMD_PREFLIGHT_STORAGE, 1.0, 0.0, REJECTED),
+    (dialect.MAV_CMD_SET_MESSAGE_INTERVAL, 0.0, 0.0, ACCEPTED)])
+def test_what_asks_for_no_mode_that_there_is_overtakes_nothing(command, first, second, result):
     bench = Bench()
     bench.start(PARK)
     bench.tell(mode_command(TRACK))
     bench.step()  # the eight is being checked
-    bench.tell(mode_command(77))
-    results = [ack.result for ack in of_kind("COMMAND_ACK", bench.run(0.4))]
-    assert results == [REJECTED, ACCEPTED] and bench.mode == TRACK
+    bench.tell(command_long(command, first, second))
+    assert [ack.result for ack in of_kind("COMMAND_ACK", bench.run(0.4))] == [result, ACCEPTED]
+    assert bench.mode == TRACK
 
 
 @pytest.mark.parametrize("later", [MANUAL, PARK, STANDBY])

@@ -170,14 +170,29 @@ def test_what_is_not_measured_may_be_anything_and_is_stood_in_for():
     assert kite.valid == POSITION
 
 
-def test_a_jump_is_judged_by_the_time_that_it_had():
-    """120 deg/s and 3 mrad of noise: after 20 ms 0.0449 rad, along a meridian; after 100 ms 0.2124 rad."""
+def away(kite: Clocked, way: float, bearing: float) -> dict[str, float]:
+    """Where a great circle ends that is `way` [rad] long and leaves at `bearing`, from up towards +azimuth."""
+    start = kite.elevation
+    elevation = math.asin(math.sin(start) * math.cos(way) + math.cos(start) * math.sin(way) * math.cos(bearing))
+    turned = math.atan2(math.sin(bearing) * math.sin(way) * math.cos(start),
+                        math.cos(way) - math.sin(start) * math.sin(elevation))
+    return {"azimuth": kite.azimuth + turned, "elevation": elevation}
+
+
+@pytest.mark.parametrize("bearing", [0.0, 0.8, 1.57, 2.5, math.pi, -2.0, -1.0])
+def test_a_jump_is_judged_by_the_time_that_it_had(bearing):
+    """120 deg/s and 3 mrad of noise: after 20 ms 0.0449 rad, whatever the direction; after 100 ms 0.2124 rad."""
     for interval_us, furthest in ((20_000, math.radians(2.4) + 0.003), (100_000, math.radians(12.0) + 0.003)):
         for jump, taken in ((furthest * 0.999, True), (furthest * 1.001, False)):
-            for sign in (1.0, -1.0):
-                kite, now = flying()
-                there = sample(now + interval_us, azimuth=kite.azimuth, elevation=kite.elevation + sign * jump)
-                assert kite.take_at(there, now + interval_us, 0.0) is taken
+            kite, now = flying()
+            there = sample(now + interval_us, **away(kite, jump, bearing))  # type: ignore[arg-type]
+            assert kite.take_at(there, now + interval_us, 0.0) is taken
+
+
+@pytest.mark.parametrize(("azimuth", "elevation"), [(-0.196, 0.7), (0.196, -0.7), (-0.196, -0.7)])
+def test_a_jump_to_the_mirrored_place_is_a_jump(azimuth, elevation):
+    kite, now = flying()
+    assert not kite.take_at(sample(now + 20_000, azimuth=azimuth, elevation=elevation), now + 20_000, 0.0)
 
 
 def test_a_jump_is_measured_across_the_sky_and_not_in_azimuth():
