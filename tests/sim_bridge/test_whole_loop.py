@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from firmware_py.control.figure_eight import FigureEight
+from firmware_py.control.figure_eight import CurvePoint, FigureEight
 from kite_analysis.delay.characteristic_equation import Gains, Loop
 from kite_analysis.delay.characteristic_roots import rightmost_roots
 from kite_analysis.delay.inner_loop import loop_delay
@@ -38,6 +38,19 @@ class GreatCircle(FigureEight):
         return (*position, *derivative)
 
 
+class GreatCirclePoint(CurvePoint):
+    """A point that goes along it."""
+
+    def go_to(self, s):
+        """Go to `s` [rad]."""
+        self.x, self.y, self.z, self.dx, self.dy, self.dz = self._curve.at(s)
+        self.square = self.pace = 1.0
+
+    def geodesic_curvature(self):
+        """It has none."""
+        return 0.0
+
+
 class Case(NamedTuple):
     """Dead time [s], speed over length [1/s], outer gain, the actuator's time constant [s]."""
 
@@ -66,7 +79,9 @@ def flight_errors(case, gain, duration_s, course_error_rad=0.003):
     for name, value in (("INNER_P", gain), ("OUTER_L", case.outer_l), ("FF_GAIN", 0.0), ("PARK_ELEVATION", 0.0)):
         scenario.set_parameter(name, value, "test")
     runtime = InprocRuntime()
-    runtime.autopilot.guidance.curve = GreatCircle(start, along)
+    guidance = runtime.autopilot.guidance
+    guidance.curve = GreatCircle(start, along)
+    guidance._point = GreatCirclePoint(guidance.curve)
     flight = Flight(scenario, runtime)
     flight.fly(duration_s)
     columns = dict(zip(COLUMNS, np.array(flight.rows).T, strict=True))
