@@ -88,7 +88,7 @@ class Autopilot:
             HIL_ACTUATOR_CONTROLS, (self._uptime_us, self._flags, self.steering.asked) + _NO_CONTROLS + (0,)
         )
         self.dispatcher.serve(self.inbox, now, self._uptime_us)
-        self.keeper.update(elapsed_us)  # before the link is flushed: what is acknowledged is kept
+        self.keeper.update(elapsed_us, self._uptime_us)  # before the link is flushed: what is acknowledged is kept
         self.telemetry.send_due(now, self._uptime_us)
         self.link.flush()
 
@@ -100,7 +100,10 @@ class Autopilot:
         return ticks
 
     def note_tick_time(self, tick_us):
-        """Account for the time [us] that a tick took."""
+        """Account for the time [us] that a tick took, unless it wrote to flash: that is done on the ground only."""
+        if self.keeper.wrote:
+            self.keeper.wrote = False
+            return
         self.tick_us = tick_us
         self.tick_worst_us = max(self.tick_worst_us, tick_us)
         if tick_us > self.period_us:

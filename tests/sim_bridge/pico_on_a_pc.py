@@ -67,14 +67,15 @@ class Machine:
     UART = Uart
     Pin = Timer = WDT = Anything
     WDT_RESET = 3
+    mem32 = {0x4005800C: 0}  # noqa: RUF012  holds nothing after power-on
 
     def reset_cause(self):
         return 1
 
 
 class Uctypes:
-    def bytearray_at(self, address, size):
-        return bytearray(size)
+    def addressof(self, block):
+        return 0x20010000
 
 
 sys.modules["machine"] = Machine()  # type: ignore[assignment]
@@ -82,6 +83,7 @@ sys.modules["uctypes"] = Uctypes()  # type: ignore[assignment]
 sys.path.insert(0, "")
 gc.threshold(8192)  # type: ignore[attr-defined]  as firmware_py/start.py does, before anything is loaded
 
+from firmware_py.boards import rp2_memory  # noqa: E402, F401, I001  first, as firmware_py/start.py does
 from firmware_py import startup  # noqa: E402
 from firmware_py.boards import machine_board, rp2_board  # noqa: E402
 
