@@ -137,6 +137,14 @@ class EmulatedPico:
         """Overwrite RAM."""
         self._ask("poke", address=address, data=_text(data))
 
+    def peek_word(self, address: int) -> int:
+        """The word at `address`, which may be a register's."""
+        return self._ask("peek_word", address=address)["value"]
+
+    def poke_word(self, address: int, value: int) -> None:
+        """Write a word to `address`."""
+        self._ask("poke_word", address=address, value=value)
+
     def read_flash(self, offset: int, size: int) -> bytes:
         """Flash from `offset` on."""
         return base64.b64decode(self._ask("read_flash", offset=offset, size=size)["data"])
