@@ -32,6 +32,7 @@ class Keeper:
         self._armed = None  # when last kept; None makes the first tick keep
         self._mode = modes.mode  # when last noted
         self.wrote = False  # to flash, since somebody set this to False
+        self._failed = False
         self._quiet_us = 0  # since the last change
         self._writes_left = _WRITES
         self._earning_us = 0  # towards the next write
@@ -81,6 +82,10 @@ class Keeper:
                 self._quiet_us = 0
                 self.save()
 
+    def storage_fails(self):
+        """True if parameters could not be read at the start, or not saved the last time."""
+        return self._failed
+
     def greet(self, system):
         """A ground station of this `system` id was heard: report once what happened at the start."""
         if system not in self._greeted and len(self._greeted) < _STATIONS:
@@ -105,6 +110,7 @@ class Keeper:
         self._unsaved = self._told_spared = False
         self.wrote = True
         saved = self.store.save(self._parameters)
+        self._failed = not saved
         if saved:
             self._say(MAV_SEVERITY_INFO, "parameters saved")
         else:
@@ -150,7 +156,9 @@ class Keeper:
     def _load(self):
         """Take the parameters from flash."""
         if self.store is not None:
-            self._report += describe(self.store.load(self._parameters))
+            report = self.store.load(self._parameters)
+            self._failed = report.damaged > 0 and not report.found
+            self._report += describe(report)
 
 
 def describe(report):

@@ -24,7 +24,7 @@ def _needs_image() -> None:
 
 @pytest.fixture(scope="session")
 def laid_out(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str | None], Path]:
-    """The files of a board laid out in a folder, as `kite-sitl board-image` does; once, because compiling takes time."""
+    """The files of a board laid out in a folder, as `kite-sitl board-image` does; once, for compiling takes time."""
 
     @cache
     def lay(architecture: str | None) -> Path:

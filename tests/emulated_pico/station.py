@@ -42,7 +42,7 @@ class Station:
 
     def ask(self, question: dialect.MAVLink_message, kind: str) -> Any:
         """Send `question`; return the next message of `kind`."""
-        self.heard.clear()
+        self.forget()
         self.tell(question)
         return self.hear(kind)
 
@@ -53,6 +53,11 @@ class Station:
             assert self._pico.now < end, f"no {kind} within {seconds:g} s; console: {self._pico.printed()}"
             self.run(_PERIOD_S)
         return found[0]
+
+    def forget(self) -> None:
+        """Forget what was heard, and what the board has sent meanwhile."""
+        self._pico.take_uart()
+        self.heard.clear()
 
     def of_kind(self, kind: str) -> list[Any]:
         """The messages of `kind` heard so far."""

@@ -61,7 +61,7 @@ def hang(pico: EmulatedPico, station: Station, pin: int = HANG) -> None:
     assert pico.now - began < 1.1
     pico.pin(pin, True)
     pico.console.clear()
-    station.heard.clear()
+    station.forget()
 
 
 def test_after_a_hang_in_track_it_parks_with_the_gains_of_the_flight(pico):
@@ -131,7 +131,7 @@ def test_power_on_holds_nothing(pico):
     station = Station(pico)
     station.fly(PARK)
     pico.restart("power")
-    station.heard.clear()
+    station.forget()
     assert station.hear("HEARTBEAT", 6.0).custom_mode == STANDBY
     station.run(0.5)
     assert station.texts()[:2] == ["reset: power-on", "no parameters in storage"]

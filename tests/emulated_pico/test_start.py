@@ -25,11 +25,11 @@ def test_parameters_outlive_a_loss_of_power_and_a_save_spoils_no_statistics(flyi
     station.run(1.5)
     assert flying_pico.measured().flash_operations > before
     assert "parameters saved" in station.texts()
-    station.heard.clear()
+    station.forget()
     station.run(0.5)
     state = station.of_kind("KITE_STATE")[-1]
     assert 0 < state.tick_worst_us < 65535 and state.overruns == 0
     flying_pico.restart("power")
-    station.heard.clear()
+    station.forget()
     station.hear("HEARTBEAT", 6.0)
     assert station.value("INNER_P") == 2.5

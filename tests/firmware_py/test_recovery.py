@@ -14,6 +14,7 @@ from firmware_py.boards.unix_board import UnixBoard
 from firmware_py.mavlink.link import MavlinkLink
 from firmware_py.parameters.generated_parameters import COUNT
 from firmware_py.parameters.retained import EVENT_MODE, EVENT_RESET, EventRing, Recovery
+from firmware_py.parameters.store import SLOTS
 from firmware_py.parameters.values import Parameters
 from protocol import dialect
 
@@ -291,10 +292,38 @@ def test_storage_that_fails_is_tried_again_with_the_next_change_only():
     bench.set(INNER_P=2.5)
     bench.run(5.0)
     assert [text for text in bench.texts() if "save" in text] == ["parameters not saved: storage failed"]
+    assert bench.autopilot.keeper.storage_fails()
     storage_of(board).full = False
     bench.set(OUTER_L=3.0)
     bench.run(1.2)
+    assert not bench.autopilot.keeper.storage_fails()
     assert board.boot(POWER_ON).value("INNER_P") == 2.5
+
+
+def test_slots_that_are_both_spoilt_count_as_storage_that_fails_until_a_save():
+    board = whole_board()
+    storage_of(board).files.update(dict.fromkeys(SLOTS, b"noise"))
+    bench = board.boot()
+    assert bench.autopilot.keeper.storage_fails()
+    bench.set(INNER_P=2.5)
+    bench.run(1.2)
+    assert "2 of 2 parameter slots damaged" in bench.texts()
+    assert not bench.autopilot.keeper.storage_fails()
+    assert board.boot(POWER_ON).value("INNER_P") == 2.5
+
+
+def test_the_tick_that_writes_flash_spoils_no_statistics():
+    board = whole_board()
+    autopilot = board.boot().autopilot
+    autopilot.parameters.set(NAMES.index("INNER_P"), 2.5)
+    for tick in range(60):
+        autopilot.tick(tick * 20_000)
+        wrote = autopilot.keeper.wrote
+        autopilot.note_tick_time(110_000 if wrote else 9_000)
+    assert storage_of(board).changes
+    assert (autopilot.tick_worst_us, autopilot.overruns) == (9_000, 0)
+    autopilot.note_tick_time(30_000)
+    assert (autopilot.tick_worst_us, autopilot.overruns) == (30_000, 1)
 
 
 def test_retained_memory_is_written_on_a_change_only():
