@@ -1,5 +1,7 @@
 """An emulated Pico's flash: full, spoilt, torn by a loss of power, or with no file system at all."""
 
+from itertools import pairwise
+
 import pytest
 
 from firmware_py.parameters.store import SLOTS
@@ -17,7 +19,7 @@ def flashes(pico: EmulatedPico, seconds: float) -> int:
     for _ in range(round(seconds / 0.02)):
         pico.run(0.02)
         seen.append(pico.pin(LIGHT))
-    return sum(later and not earlier for earlier, later in zip(seen, seen[1:], strict=False))
+    return sum(later and not earlier for earlier, later in pairwise(seen))
 
 
 def saved(station: Station, value: float) -> bool:
