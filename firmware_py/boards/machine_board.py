@@ -78,6 +78,7 @@ class MachineBoard:
         self.retained.write(FLIGHT, bytes(FLIGHT_BYTES))
         watchdog = self.watchdog
         light = self.light
+        light.ask_storage(None)  # the autopilot's memory is free for what is typed at the console
 
         def keep(timer):
             watchdog.feed()
