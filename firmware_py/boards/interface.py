@@ -25,6 +25,10 @@ WATCHDOG = "watchdog"
 SOFT = "soft"
 CAUSES = (POWER_ON, WATCHDOG, SOFT)
 
+# What is noted in retained memory, with a value.
+EVENT_RESET = 1  # the cause, by its place in CAUSES
+EVENT_MODE = 2  # the new mode
+
 
 class NoWatchdog:
     """For boards without a watchdog, and for the PC."""

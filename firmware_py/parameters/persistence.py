@@ -1,9 +1,8 @@
 """Keeps the parameters: on flash across a loss of power, in retained memory across a watchdog reset in flight."""
 
-from ..boards.interface import CAUSES, WATCHDOG
+from ..boards.interface import CAUSES, EVENT_MODE, EVENT_RESET, WATCHDOG
 from ..generated_enums import MAV_SEVERITY_INFO, MAV_SEVERITY_WARNING
 from .generated_parameters import COUNT, DEFAULTS
-from .retained import EVENT_MODE, EVENT_RESET, EventRing, Recovery
 from .store import ParameterStore
 
 _SETTLE_US = 1000000  # flash is written when nothing has changed for this long: a set of gains comes one by one
@@ -20,8 +19,12 @@ class Keeper:
 
     def __init__(self, parameters, modes, storage, retained, say):
         self.store = None if storage is None else ParameterStore(storage)
-        self._recovery = None if retained is None else Recovery(retained)
-        self._events = None if retained is None else EventRing(retained)
+        self._recovery = self._events = None
+        if retained is not None:
+            from .retained import EventRing, Recovery  # noqa: PLC0415  a PC has none, and needs the memory
+
+            self._recovery = Recovery(retained)
+            self._events = EventRing(retained)
         self._parameters = parameters
         self._modes = modes
         self._say = say

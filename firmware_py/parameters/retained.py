@@ -4,14 +4,14 @@ Parameters that were changed in flight are not on flash yet, and the board must 
 """
 
 import struct
+from collections import namedtuple
 
 from ..boards.retained_layout import EVENT_BYTES, EVENT_COUNT, EVENTS, FLIGHT, SIGNING_TIME, SIGNING_TIME_BYTES
 from ..mavlink.crc import START, crc_bytes
 from ..mavlink.generated_messages import CONTRACT_HASH
 from .generated_parameters import COUNT
 
-EVENT_RESET = 1  # value: the cause, an index of boards.interface.CAUSES
-EVENT_MODE = 2  # value: the new mode
+Event = namedtuple("Event", ("number", "code", "uptime_ms", "value"))  # numbers count on, modulo 2^16
 
 _CONTRACT = CONTRACT_HASH.encode()  # another firmware's values would be misread
 _FLIGHT = "<16sB%df" % COUNT
@@ -67,25 +67,25 @@ class EventRing:
         self._retained = retained
         self._buffer = bytearray(EVENT_BYTES)
         events = self.entries()
-        self._next = (events[-1][0] + 1) % _ROUND if events else 0
+        self._next = (events[-1].number + 1) % _ROUND if events else 0
 
     def append(self, code, value, uptime_ms):
-        """Note an event [ms since the start, below 2^32] in the place of the oldest."""
+        """Note an event of boards/interface.py [ms since the start, below 2^32] in the place of the oldest."""
         number = self._next
         struct.pack_into(_EVENT, self._buffer, 0, number, code, uptime_ms, value)
         self._retained.write(EVENTS + number % EVENT_COUNT * EVENT_BYTES, _seal(self._buffer))
         self._next = (number + 1) % _ROUND
 
     def entries(self):
-        """(number, code, uptime [ms], value) of each whole entry, oldest first."""
+        """Each whole Event, oldest first."""
         found = []
         for place in range(EVENT_COUNT):
             data = self._retained.read(EVENTS + place * EVENT_BYTES, EVENT_BYTES)
             if _sealed(data):
-                found.append(struct.unpack_from(_EVENT, data, 0))
+                found.append(Event(*struct.unpack_from(_EVENT, data, 0)))
         if found:
-            base = found[0][0]  # numbers go round: they are ordered by their distance from any of them
-            found.sort(key=lambda event: (event[0] - base + _HALF) % _ROUND)
+            base = found[0].number  # they are ordered by their distance from any of them
+            found.sort(key=lambda event: (event.number - base + _HALF) % _ROUND)
         return found
 
 

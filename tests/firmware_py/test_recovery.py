@@ -8,12 +8,12 @@ from firmware_bench import NAMES, TICKS_PER_SECOND, Bench, FlyingKite, hovering,
 from simulated_storage import Board, RetainedMemory, SimulatedStorage, flipped, whole_board
 
 from firmware_py.autopilot import Autopilot
-from firmware_py.boards.interface import POWER_ON, SOFT, WATCHDOG
+from firmware_py.boards.interface import EVENT_MODE, EVENT_RESET, POWER_ON, SOFT, WATCHDOG
 from firmware_py.boards.retained_layout import FLIGHT, SIZE
 from firmware_py.boards.unix_board import UnixBoard
 from firmware_py.mavlink.link import MavlinkLink
 from firmware_py.parameters.generated_parameters import COUNT
-from firmware_py.parameters.retained import EVENT_MODE, EVENT_RESET, EventRing, Recovery
+from firmware_py.parameters.retained import EventRing, Recovery
 from firmware_py.parameters.store import SLOTS
 from firmware_py.parameters.values import Parameters
 from protocol import dialect

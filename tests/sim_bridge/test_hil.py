@@ -264,6 +264,6 @@ def test_a_wrong_link_is_one_line(link, says):
 
 
 def test_a_silent_board_is_told_with_what_to_check(cable, monkeypatch):
-    monkeypatch.setattr("sim_bridge.runs.hardware_in_the_loop.HilRuntime.__init__.__defaults__", (0.3,))
+    monkeypatch.setattr("sim_bridge.runs.hardware_in_the_loop.HilRuntime.__init__.__defaults__", (0.3, time.monotonic))
     with pytest.raises(Exception, match=r"no message from the board for 0.3 s: is it powered"):
         fly_board(load_scenario("small-kite"), f"serial:{cable.ends[0]}:{BAUD}", RunOptions("hil", 1.0), print)

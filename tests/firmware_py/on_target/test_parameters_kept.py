@@ -7,6 +7,7 @@ import os
 import struct
 
 from firmware_py.boards.file_storage import FileStorage
+from firmware_py.boards.interface import EVENT_MODE
 from firmware_py.boards.retained_layout import (
     EVENT_BYTES,
     EVENT_COUNT,
@@ -28,7 +29,7 @@ from firmware_py.parameters.generated_parameters import (
     READ_ONLY,
     STEPS,
 )
-from firmware_py.parameters.retained import EVENT_MODE, EventRing, Recovery, SigningTime
+from firmware_py.parameters.retained import EventRing, Recovery, SigningTime
 from firmware_py.parameters.store import SLOTS, TEMPORARY, ParameterStore
 from firmware_py.parameters.values import Parameters
 
