@@ -102,7 +102,7 @@ class Autopilot:
     def serve(self, now):
         """The second half: what was asked, what is to be kept, and what is told."""
         self.dispatcher.serve(self.inbox, now, self._uptime_us)
-        self.keeper.update(self._elapsed_us)  # before the link is flushed: what is acknowledged is kept
+        self.keeper.update(self._elapsed_us, self._uptime_us)  # before the flush: what is acknowledged is kept
         self.telemetry.send_due(now, self._uptime_us)
         self.link.flush()
 

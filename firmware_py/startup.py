@@ -115,6 +115,7 @@ def _fly(board, settings):
     autopilot = Autopilot(link, False, board.storage, board.retained, board.reset_cause)
     if autopilot.parameters.values[SYSTEM_ID] != settings.system_id:
         autopilot.parameters.set(SYSTEM_ID, float(settings.system_id))
+    board.light.ask_storage(autopilot.keeper.storage_fails)
     link.set_system(settings.system_id)  # before the first tick: what is for it may wait already
     tell("running as system %d, link %s, sensors %s" % (settings.system_id, settings.link, settings.sensors))
     if hasattr(gc, "threshold"):

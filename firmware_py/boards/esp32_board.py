@@ -7,27 +7,19 @@ import network
 
 from . import machine_board
 from .interface import POWER_ON, SOFT, WATCHDOG
+from .retained_layout import SIZE, Retained, take_over
 from .settings import WIFI
 
 LIGHT = 2
 _TIMER = 0
-_RETAINED_BYTES = 512
 
 
-class Retained:
-    """The RTC's memory, which a reset by the watchdog leaves alone."""
-
-    def __init__(self):
-        self._rtc = machine.RTC()
-
-    def read(self):
-        """All of it; zeros where nothing was written since power-on."""
-        data = self._rtc.memory()
-        return data + bytes(_RETAINED_BYTES - len(data))
-
-    def write(self, data):
-        """Put `data` at its beginning."""
-        self._rtc.memory(data)
+def _retained():
+    """The RTC's memory, 2048 bytes in MicroPython's builds, which a reset by the watchdog leaves alone."""
+    memory = machine.RTC().memory
+    block = bytearray(SIZE)
+    take_over(block, memory())
+    return Retained(block, memory)
 
 
 class Board(machine_board.MachineBoard):
@@ -38,7 +30,7 @@ class Board(machine_board.MachineBoard):
     def __init__(self, settings, tell):
         self.reset_cause = reset_cause()
         wlan = _make_wlan() if settings.link == WIFI else None
-        super().__init__(machine, time, settings, Retained(), wlan, tell)
+        super().__init__(machine, time, settings, _retained(), wlan, tell)
 
 
 def reset_cause():

@@ -13,8 +13,8 @@ A board is any object with these attributes; each is passed in, never imported b
                     if not armed
     storage         None, or a folder of small files: read(name) -> bytes or None, write(name, data),
                     rename(old, new), remove(name)
-    retained        None, or a few hundred bytes of memory that survive a watchdog reset but not a loss of power:
-                    read() -> bytes, write(data)
+    retained        None, or memory that survives a watchdog reset but not a loss of power, laid out as in
+                    retained_layout.py: read(offset, size) -> bytes, write(offset, data)
     watchdog        feed()
     light           show(mode, stale, now): status light
     reset_cause     one of the words below
@@ -23,6 +23,11 @@ A board is any object with these attributes; each is passed in, never imported b
 POWER_ON = "power-on"
 WATCHDOG = "watchdog"
 SOFT = "soft"
+CAUSES = (POWER_ON, WATCHDOG, SOFT)
+
+# What is noted in retained memory, with a value.
+EVENT_RESET = 1  # the cause, by its place in CAUSES
+EVENT_MODE = 2  # the new mode
 
 
 class NoWatchdog:

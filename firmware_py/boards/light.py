@@ -10,6 +10,7 @@ from ..generated_enums import KITE_MODE_MANUAL, KITE_MODE_PARK, KITE_MODE_STANDB
 NO_LINK = 0x0001  # one flash
 SETTINGS = 0x0005  # two flashes
 STOPPED = 0x0015  # three flashes
+NOT_STORED = 0x0055  # four flashes
 DISARMED = 0x00FF  # a second on, a second off
 STALE = 0x5555  # flickers
 MANUAL = 0xFFFE  # one gap
@@ -37,6 +38,7 @@ class StatusLight:
         self._linked = received is None
         self._lit = None
         self._looked = -1  # when it was last thought about [32 ms]
+        self._storage_fails = None
 
     def show(self, mode, stale, now):
         """Show the state of the autopilot at `now` [us, wrapped]."""
@@ -45,9 +47,16 @@ class StatusLight:
         self._looked = now >> _LOOK_BITS
         self._follow_link(now)
         if mode == KITE_MODE_STANDBY:
-            self.show_pattern(DISARMED if self._linked else NO_LINK, now)
+            if self._storage_fails is not None and self._storage_fails():
+                self.show_pattern(NOT_STORED, now)
+            else:
+                self.show_pattern(DISARMED if self._linked else NO_LINK, now)
         else:
             self.show_pattern(STALE if stale else _BY_MODE.get(mode, STALE), now)
+
+    def ask_storage(self, fails):
+        """From now on also show that parameters cannot be read or saved: while `fails()`."""
+        self._storage_fails = fails
 
     def show_pattern(self, pattern, now):
         """Set the light for `pattern` at `now`. The pin is written only when that changes."""

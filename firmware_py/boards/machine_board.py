@@ -10,6 +10,7 @@ from ..drivers.line_angles import Axis, LineAngles
 from ..drivers.servo import PERIOD_US, Servo
 from .interface import NoWatchdog
 from .light import StatusLight
+from .retained_layout import FLIGHT, FLIGHT_BYTES
 from .settings import LINE_ANGLES, WIFI
 
 STORAGE_FOLDER = "/kitepilot"
@@ -74,9 +75,10 @@ class MachineBoard:
         """Stop steering but stay reachable: servo neutral, no flight to resume, watchdog fed, `pattern` shown."""
         if self.actuator is not None:
             self.actuator.write(0.0, False)
-        self.retained.write(bytes(len(self.retained.read())))
+        self.retained.write(FLIGHT, bytes(FLIGHT_BYTES))
         watchdog = self.watchdog
         light = self.light
+        light.ask_storage(None)  # the autopilot's memory is free for what is typed at the console
 
         def keep(timer):
             watchdog.feed()

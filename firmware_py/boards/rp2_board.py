@@ -4,18 +4,14 @@ import sys
 import time
 
 import machine
-import uctypes
 
-from . import machine_board
+from . import machine_board, rp2_memory
 from .interface import POWER_ON, SOFT, WATCHDOG
+from .retained_layout import Retained
 from .settings import WIFI
 
 LIGHT = "LED"
 _IS_RP2350 = "RP2350" in sys.implementation._machine
-# A bank of RAM for the second core's stack, which MicroPython leaves alone while no second thread runs.
-_SCRATCH_X = 0x20080000 if _IS_RP2350 else 0x20040000
-_RETAINED = _SCRATCH_X + 0x400
-_RETAINED_BYTES = 512
 # An RP2040 is rated for 200 MHz, and its ticks fit then; an RP2350 for 150 MHz, as MicroPython starts it.
 _CLOCK_MHZ = 150 if _IS_RP2350 else 200
 _MOST_AT_USUAL_VOLTAGE = 133  # [MHz]
@@ -23,24 +19,9 @@ _REGULATOR = 0x40064000
 _VOLTAGE = 0xF0
 _VOLTAGE_1_15 = 0xC0
 _REGULATOR_US = 2000
-_WATCHDOG_SCRATCH_4 = (0x400D8000 if _IS_RP2350 else 0x40058000) + 0x1C
+_WATCHDOG_SCRATCH_4 = rp2_memory.SCRATCH + 0x10
 _WATCHDOG_WAS_RUNNING = 0x6AB73121  # left there by whoever starts it; machine.reset() leaves something else
 _POWER_SAVE_OFF = 0xA11140  # the radio sleeps otherwise, and a datagram waits for up to 0.1 s
-
-
-class Retained:
-    """Memory that survives a watchdog reset, but not a loss of power."""
-
-    def __init__(self):
-        self._memory = uctypes.bytearray_at(_RETAINED, _RETAINED_BYTES)
-
-    def read(self):
-        """All of it."""
-        return bytes(self._memory)
-
-    def write(self, data):
-        """Put `data` at its beginning."""
-        self._memory[: len(data)] = data
 
 
 class Board(machine_board.MachineBoard):
@@ -50,7 +31,7 @@ class Board(machine_board.MachineBoard):
         self.reset_cause = reset_cause()
         set_clock(settings.cpu_mhz or _CLOCK_MHZ)
         wlan = _make_wlan() if settings.link == WIFI else None
-        super().__init__(machine, time, settings, Retained(), wlan, tell)
+        super().__init__(machine, time, settings, Retained(rp2_memory.BLOCK), wlan, tell)
 
 
 def set_clock(mhz):

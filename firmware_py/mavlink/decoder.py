@@ -79,11 +79,11 @@ class Decoder:
                 self._start = start + 1
                 continue
             left = end - start
-            size = 0
+            size = length = message = 0
+            entry = None
             if left >= header:
                 length = buffer[start + 1]
                 size = header + length + 2
-                entry = None
                 if marker == _V1:
                     message = buffer[start + 5]
                     entry = MESSAGES.get(message)

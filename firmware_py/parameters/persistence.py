@@ -1,9 +1,8 @@
 """Keeps the parameters: on flash across a loss of power, in retained memory across a watchdog reset in flight."""
 
-from ..boards.interface import WATCHDOG
+from ..boards.interface import CAUSES, EVENT_MODE, EVENT_RESET, WATCHDOG
 from ..generated_enums import MAV_SEVERITY_INFO, MAV_SEVERITY_WARNING
 from .generated_parameters import COUNT, DEFAULTS
-from .retained import Recovery
 from .store import ParameterStore
 
 _SETTLE_US = 1000000  # flash is written when nothing has changed for this long: a set of gains comes one by one
@@ -20,7 +19,12 @@ class Keeper:
 
     def __init__(self, parameters, modes, storage, retained, say):
         self.store = None if storage is None else ParameterStore(storage)
-        self._recovery = None if retained is None else Recovery(retained)
+        self._recovery = self._events = None
+        if retained is not None:
+            from .retained import EventRing, Recovery  # noqa: PLC0415  a PC has none, and needs the memory
+
+            self._recovery = Recovery(retained)
+            self._events = EventRing(retained)
         self._parameters = parameters
         self._modes = modes
         self._say = say
@@ -29,6 +33,9 @@ class Keeper:
         self._unsaved = False
         self._version = -1  # of the parameters, when last kept
         self._armed = None  # when last kept; None makes the first tick keep
+        self._mode = modes.mode  # when last noted
+        self.wrote = False  # to flash, since somebody set this to False
+        self._failed = False
         self._quiet_us = 0  # since the last change
         self._writes_left = _WRITES
         self._earning_us = 0  # towards the next write
@@ -39,6 +46,8 @@ class Keeper:
         if reset_cause is not None:
             severity = MAV_SEVERITY_WARNING if reset_cause == WATCHDOG else MAV_SEVERITY_INFO
             self._report.append((severity, "reset: " + reset_cause))
+            if self._events is not None:
+                self._events.append(EVENT_RESET, CAUSES.index(reset_cause), 0)
         was_armed = self._recover() if reset_cause == WATCHDOG else None
         if was_armed is None:
             self._load()
@@ -51,8 +60,12 @@ class Keeper:
             self._modes.recover()
         self._keep()  # at once: what an earlier flight left there must not be taken for this one
 
-    def update(self, elapsed_us):
+    def update(self, elapsed_us, uptime_us):
         """Store changes; `elapsed_us` since the last call. Almost free if nothing has changed."""
+        if self._modes.mode != self._mode:
+            self._mode = self._modes.mode
+            if self._events is not None:
+                self._events.append(EVENT_MODE, self._mode, uptime_us // 1000 & 0xFFFFFFFF)
         if self._writes_left < _WRITES:
             self._earning_us += elapsed_us
             if self._earning_us >= _WRITE_AGAIN_US:
@@ -71,6 +84,10 @@ class Keeper:
             if self._quiet_us >= _SETTLE_US:
                 self._quiet_us = 0
                 self.save()
+
+    def storage_fails(self):
+        """True if parameters could not be read at the start, or not saved the last time."""
+        return self._failed
 
     def greet(self, system):
         """A ground station of this `system` id was heard: report once what happened at the start."""
@@ -94,7 +111,9 @@ class Keeper:
             return False
         self._writes_left -= 1
         self._unsaved = self._told_spared = False
+        self.wrote = True
         saved = self.store.save(self._parameters)
+        self._failed = not saved
         if saved:
             self._say(MAV_SEVERITY_INFO, "parameters saved")
         else:
@@ -140,7 +159,9 @@ class Keeper:
     def _load(self):
         """Take the parameters from flash."""
         if self.store is not None:
-            self._report += describe(self.store.load(self._parameters))
+            report = self.store.load(self._parameters)
+            self._failed = report.damaged > 0 and not report.found
+            self._report += describe(report)
 
 
 def describe(report):

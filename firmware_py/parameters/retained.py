@@ -1,40 +1,56 @@
-"""What is needed to resume a flight after a watchdog reset, in memory that survives it.
+"""The parts of retained memory (boards/retained_layout.py): a flight to resume, a ring of events, a signing time.
 
 Parameters that were changed in flight are not on flash yet, and the board must know that it was flying.
 """
 
 import struct
+from collections import namedtuple
 
+from ..boards.retained_layout import EVENT_BYTES, EVENT_COUNT, EVENTS, FLIGHT, SIGNING_TIME, SIGNING_TIME_BYTES
 from ..mavlink.crc import START, crc_bytes
 from ..mavlink.generated_messages import CONTRACT_HASH
 from .generated_parameters import COUNT
 
+Event = namedtuple("Event", ("number", "code", "uptime_ms", "value"))  # numbers count on, modulo 2^16
+
 _CONTRACT = CONTRACT_HASH.encode()  # another firmware's values would be misread
-_LAYOUT = "<16sB%df" % COUNT
+_FLIGHT = "<16sB%df" % COUNT
+_EVENT = "<HHIf"  # number, code, uptime [ms], value
+_ROUND = 0x10000
+_HALF = 0x8000
+
+
+def _sealed(data):
+    """True if `data` ends with the CRC of what is before it."""
+    end = len(data) - 2
+    return struct.unpack_from("<H", data, end)[0] == crc_bytes(data, 0, end, START)
+
+
+def _seal(data):
+    """Set the CRC at the end of `data`."""
+    end = len(data) - 2
+    struct.pack_into("<H", data, end, crc_bytes(data, 0, end, START))
+    return data
 
 
 class Recovery:
-    """Over `retained`: read() -> bytes, write(data); some 20 bytes and 4 for each parameter are used."""
+    """The flight: all parameters, and whether the kite was armed."""
 
     def __init__(self, retained):
         self._retained = retained
-        self._end = struct.calcsize(_LAYOUT)
-        self._buffer = bytearray(self._end + 2)
+        self._buffer = bytearray(struct.calcsize(_FLIGHT) + 2)
 
     def write(self, parameters, armed):
         """Store all values, and whether the kite is armed. Takes a board 2 ms: call it on a change, not each tick."""
-        buffer = self._buffer
-        struct.pack_into(_LAYOUT, buffer, 0, _CONTRACT, armed, *parameters.values)
-        struct.pack_into("<H", buffer, self._end, crc_bytes(buffer, 0, self._end, START))
-        self._retained.write(buffer)
+        struct.pack_into(_FLIGHT, self._buffer, 0, _CONTRACT, armed, *parameters.values)
+        self._retained.write(FLIGHT, _seal(self._buffer))
 
     def load(self, parameters):
         """Set `parameters` from memory; return whether the kite was armed, or None if there is nothing valid."""
-        data = self._retained.read()
-        end = self._end
-        if len(data) < end + 2 or struct.unpack_from("<H", data, end)[0] != crc_bytes(data, 0, end, START):
+        data = self._retained.read(FLIGHT, len(self._buffer))
+        if not _sealed(data):
             return None
-        contract, armed, *values = struct.unpack_from(_LAYOUT, data, 0)
+        contract, armed, *values = struct.unpack_from(_FLIGHT, data, 0)
         if contract != _CONTRACT:
             return None
         for index in range(COUNT):
@@ -42,3 +58,50 @@ class Recovery:
             if not parameters.refusal(index, value, False):
                 parameters.set(index, value)
         return bool(armed)
+
+
+class EventRing:
+    """The last EVENT_COUNT events, over resets; one that was being written in a reset is lost, the others are not."""
+
+    def __init__(self, retained):
+        self._retained = retained
+        self._buffer = bytearray(EVENT_BYTES)
+        events = self.entries()
+        self._next = (events[-1].number + 1) % _ROUND if events else 0
+
+    def append(self, code, value, uptime_ms):
+        """Note an event of boards/interface.py [ms since the start, below 2^32] in the place of the oldest."""
+        number = self._next
+        struct.pack_into(_EVENT, self._buffer, 0, number, code, uptime_ms, value)
+        self._retained.write(EVENTS + number % EVENT_COUNT * EVENT_BYTES, _seal(self._buffer))
+        self._next = (number + 1) % _ROUND
+
+    def entries(self):
+        """Each whole Event, oldest first."""
+        found = []
+        for place in range(EVENT_COUNT):
+            data = self._retained.read(EVENTS + place * EVENT_BYTES, EVENT_BYTES)
+            if _sealed(data):
+                found.append(Event(*struct.unpack_from(_EVENT, data, 0)))
+        if found:
+            base = found[0].number  # they are ordered by their distance from any of them
+            found.sort(key=lambda event: (event.number - base + _HALF) % _ROUND)
+        return found
+
+
+class SigningTime:
+    """MAVLink's signing timestamp [10 us since 2015], which must not go back: 48 bits."""
+
+    def __init__(self, retained):
+        self._retained = retained
+
+    def write(self, timestamp):
+        """Store it."""
+        data = bytearray(SIGNING_TIME_BYTES)
+        data[:6] = timestamp.to_bytes(6, "little")
+        self._retained.write(SIGNING_TIME, _seal(data))
+
+    def read(self):
+        """The timestamp, or None if there is none."""
+        data = self._retained.read(SIGNING_TIME, SIGNING_TIME_BYTES)
+        return int.from_bytes(data[:6], "little") if _sealed(data) else None

@@ -126,6 +126,8 @@ def flash(port: str, entries: Mapping[str, Any], say: Callable[[str], None], dry
         settings = board_settings(entries, probe.platform)
         if "board.py" in probe.files:
             settings = tool.run("fs", "cat", ":board.py")
+        if not probe.files and not dry_run:
+            say("nothing of kitepilot on this board: it is new, or has lost its file system and all parameters with it")
         say(f"{len(plan.copy)} files to copy, {len(plan.keep)} up to date, {len(plan.remove)} to remove")
         _carry_out(tool, image, plan)
     check_board_settings(settings, probe.platform)

@@ -16,7 +16,21 @@ from kite_analysis.console.mistakes import closest
 from kite_analysis.console.optional_packages import ExtraMissingError
 from sim_bridge.boards.constants import put_constants_in
 
-MAIN = "import firmware_py.start\n"
+# The light is the board's own, whatever board.py says: that may be what is damaged.
+MAIN = """\
+try:
+    import firmware_py.start
+except Exception as error:
+    import sys
+    import time
+    from machine import Pin, Timer
+
+    sys.print_exception(error)
+    print("kitepilot: the firmware on this board is damaged: flash it again")
+    light = Pin({pin}, Pin.OUT)
+    timer = Timer({timer}, period=60, callback=lambda timer: light.value(time.ticks_ms() >> 7 & 1))
+"""
+_LIGHTS = {"rp2": ('"LED"', -1), "esp32": ("2", 0)}  # pin, timer
 ARCHITECTURES = {"rp2": "armv6m", "esp32": "xtensawin"}  # of native code; armv6m runs on every Pico
 PACKAGE = "firmware_py"
 # Compiled to the processor's own code: where that gains the most time for the memory that it costs (docs/boards.md).
@@ -162,7 +176,8 @@ def lay_out(folder: Path, entries: Mapping[str, Any], architecture: str | None, 
         package.mkdir(parents=True, exist_ok=True)
         for old in (*package.rglob("*.py"), *package.rglob("*.mpy")):
             old.unlink()
-        (folder / "main.py").write_text(MAIN, "utf-8")
+        pin, timer = _LIGHTS[platform]
+        (folder / "main.py").write_text(MAIN.format(pin=pin, timer=timer), "utf-8")
         if not (folder / "board.py").exists():
             (folder / "board.py").write_text(settings, "utf-8")
         compiled = {} if architecture is None else to_compile()

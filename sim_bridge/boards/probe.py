@@ -11,8 +11,11 @@ SCRIPT = """
 import sys, os
 print("kitepilot-probe", sys.platform, sys.implementation.name, sys.implementation.version[0], \
 sys.implementation.version[1])
-s = os.statvfs("/")
-print("free", s[0], s[3])
+try:
+    s = os.statvfs("/")
+    print("free", s[0], s[3])
+except OSError:
+    print("no-file-system")
 import hashlib, binascii
 def one(name):
     try:
@@ -63,7 +66,7 @@ def read_probe(text: str) -> Probe:
     """Read what SCRIPT printed.
 
     Raises:
-        BoardError: no MicroPython answered, or one that is too old.
+        BoardError: no MicroPython answered, or one that is too old, or there is no file system.
     """
     rows = [line.split() for line in text.splitlines()]
     head = next((row for row in rows if row[:1] == ["kitepilot-probe"]), None)
@@ -73,6 +76,9 @@ def read_probe(text: str) -> Probe:
     version = int(major), int(minor)
     if version < LEAST_VERSION:
         raise BoardError(f"MicroPython {major}.{minor} on the board is too old: 1.28 or newer is needed")
+    if ["no-file-system"] in rows:
+        raise BoardError("MicroPython on the board can neither read its flash nor format it: put MicroPython onto it "
+                         "again, and if that does not help, take another board")
     block, free = 4096, 0
     files = {}
     for kind, *fields in filter(None, rows):

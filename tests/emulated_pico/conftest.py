@@ -1,12 +1,14 @@
 """Emulated Picos for tests; without MicroPython's image for the board, all tests here skip with a line that says so."""
 
+import shutil
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from sim_bridge.boards.image import lay_out
+from sim_bridge.boards.image import board_settings, lay_out
 from tests.emulated_pico.flight import BAUD
 from tests.emulated_pico.pico import EmulatedPico, why_missing
 
@@ -20,13 +22,27 @@ def _needs_image() -> None:
         pytest.skip(f"no emulated Pico: {problem}")
 
 
+@pytest.fixture(scope="session")
+def laid_out(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str | None], Path]:
+    """The files of a board laid out in a folder, as `kite-sitl board-image` does; once, for compiling takes time."""
+
+    @cache
+    def lay(architecture: str | None) -> Path:
+        folder = tmp_path_factory.mktemp("board")
+        lay_out(folder, ON_A_CABLE, architecture)
+        return folder
+
+    return lay
+
+
 @pytest.fixture
-def board_folder(tmp_path: Path) -> Callable[..., Path]:
-    """The files of a board laid out in a folder, as `kite-sitl board-image` does; `settings` go into board.py."""
+def board_folder(tmp_path: Path, laid_out) -> Callable[..., Path]:
+    """The files of a board in a folder of the test's own; `settings` go into board.py."""
 
     def lay(architecture: str | None = "armv6m", **settings: Any) -> Path:
         folder = tmp_path / "board"
-        lay_out(folder, ON_A_CABLE | settings, architecture)
+        shutil.copytree(laid_out(architecture), folder)
+        (folder / "board.py").write_text(board_settings(ON_A_CABLE | settings), "utf-8")
         return folder
 
     return lay

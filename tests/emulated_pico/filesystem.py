@@ -2,16 +2,15 @@
 
 from pathlib import Path
 
-from littlefs import LittleFS
+from littlefs import LittleFS, LittleFSError
 
 BLOCK_BYTES = 4096
 BLOCKS = 352
 OFFSET = 2 * 1024 * 1024 - BLOCKS * BLOCK_BYTES  # in flash
-_VERSION = 0x00020000  # on disk
 
 
-def filesystem_of(folder: Path) -> bytes:
-    """An image that holds the files of `folder`."""
+def filesystem_of(folder: Path, full: bool = False) -> bytes:
+    """An image that holds the files of `folder`; with `full` also one that leaves no room for another."""
     disk = _disk()
     disk.format()
     disk.mount()
@@ -22,6 +21,8 @@ def filesystem_of(folder: Path) -> bytes:
         else:
             with disk.open(name, "wb") as file:
                 file.write(path.read_bytes())
+    if full:
+        _fill(disk)
     return bytes(disk.context.buffer)
 
 
@@ -43,6 +44,16 @@ def files_of(image: bytes) -> dict[str, bytes]:
     return files
 
 
+def _fill(disk: LittleFS) -> None:
+    number = 0
+    while True:
+        try:
+            with disk.open(f"/fill{number}", "wb") as file:
+                file.write(bytes(BLOCK_BYTES))
+        except LittleFSError:
+            return
+        number += 1
+
+
 def _disk() -> LittleFS:
-    return LittleFS(block_size=BLOCK_BYTES, block_count=BLOCKS, prog_size=256, read_size=32, disk_version=_VERSION,
-                    mount=False)
+    return LittleFS(block_size=BLOCK_BYTES, block_count=BLOCKS, prog_size=256, read_size=32, mount=False)

@@ -88,9 +88,9 @@ class EmulatedPico:
         """Put `data` on the line to UART 0; it arrives at the line's speed."""
         self._to_uart += data
 
-    def type(self, text: str) -> None:
+    def type(self, text: str | bytes) -> None:
         """Send `text` to the console."""
-        self._to_console += text.encode()
+        self._to_console += text if isinstance(text, bytes) else text.encode()
 
     def run(self, seconds: float, quantum_s: float = 0.0) -> str:
         """Let time pass: `seconds`, or to a reset, or to `quantum_s` after the first byte on UART 0, where given.
@@ -136,6 +136,14 @@ class EmulatedPico:
     def poke(self, address: int, data: bytes) -> None:
         """Overwrite RAM."""
         self._ask("poke", address=address, data=_text(data))
+
+    def peek_word(self, address: int) -> int:
+        """The word at `address`, which may be a register's."""
+        return self._ask("peek_word", address=address)["value"]
+
+    def poke_word(self, address: int, value: int) -> None:
+        """Write a word to `address`."""
+        self._ask("poke_word", address=address, value=value)
 
     def read_flash(self, offset: int, size: int) -> bytes:
         """Flash from `offset` on."""

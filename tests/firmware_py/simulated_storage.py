@@ -6,6 +6,7 @@ from firmware_bench import Bench, Sky
 
 from firmware_py.autopilot import Autopilot
 from firmware_py.boards.interface import POWER_ON
+from firmware_py.boards.retained_layout import SIZE
 
 
 class PowerCutError(Exception):
@@ -83,20 +84,20 @@ class SimulatedStorage:
 
 
 class RetainedMemory:
-    """256 bytes that survive a watchdog reset. `writes` counts; `lose_power` leaves noise."""
+    """Memory that survives a watchdog reset, with noise in it at first. `writes` holds (offset, size) of each."""
 
     def __init__(self) -> None:
-        self.data = bytes(range(256))
-        self.writes = 0
+        self.data = bytes(index % 256 for index in range(SIZE))
+        self.writes: list[tuple[int, int]] = []
 
-    def read(self) -> bytes:
+    def read(self, offset: int, size: int) -> bytes:
         """See boards/interface.py."""
-        return self.data
+        return self.data[offset : offset + size]
 
-    def write(self, data: bytes | bytearray) -> None:
+    def write(self, offset: int, data: bytes | bytearray) -> None:
         """See boards/interface.py."""
-        self.writes += 1
-        self.data = bytes(data) + self.data[len(data) :]
+        self.writes.append((offset, len(data)))
+        self.data = self.data[:offset] + bytes(data) + self.data[offset + len(data) :]
 
 
 class Board:

@@ -9,6 +9,7 @@ from simulated_hardware import SimulatedClock, SimulatedMachine, encoder_bus
 
 import firmware_py.boards
 from firmware_py import startup
+from firmware_py.boards.retained_layout import FLIGHT, SIZE
 from firmware_py.drivers.as5600 import STEPS
 from firmware_py.mavlink.decoder import Decoder
 from firmware_py.mavlink.encoder import Encoder
@@ -20,6 +21,7 @@ WIRELESS = {"LINK": "wifi", "WIFI_SSID": "kite", "WIFI_KEY": "", "GROUND": "127.
 LINE = CABLE | {"SENSORS": "line-angles", "AZIMUTH": {"i2c": 0, "sda": 4, "scl": 5},
                 "ELEVATION": {"i2c": 1, "sda": 6, "scl": 7}}
 WATCHDOG_RAN = {0x4005801C: 0x6AB73121}
+NOBODYS = {0x4005800C: 0}  # the register that remembers where the block is, at power-on
 _BY_HAND = Encoder(255, 190)
 
 
@@ -27,29 +29,49 @@ class Bench:
     """A board on a bench: its hardware, its memory, its clock, and a pilot who presses Ctrl-C at `stop_s`."""
 
     def __init__(self, monkeypatch, tmp_path, platform="rp2", lacks=()):
+        self._monkeypatch = monkeypatch
         self.machine = SimulatedMachine()
+        self.machine.mem32 |= NOBODYS
         self.clock = SimulatedClock(look_us=7)
         self.clock.on_sleep = self._on_sleep
-        self.memory = bytearray(512)
+        self._rtc_memory = b""
+        self._blocks = {}  # in a Pico's heap, by address
         self.stop_s = 10.0
         self.plan = []
         rtc = SimpleNamespace(memory=self._memory)
         self.machine.RTC = lambda: rtc
-        uctypes = SimpleNamespace(bytearray_at=lambda address, size: memoryview(self.memory)[:size])
+        uctypes = SimpleNamespace(addressof=self._address_of, bytearray_at=lambda address, size: self._blocks[address])
         monkeypatch.setitem(sys.modules, "machine", self.machine)
         monkeypatch.setitem(sys.modules, "uctypes", uctypes)
         monkeypatch.setitem(sys.modules, "network", SimpleNamespace())
         monkeypatch.setattr(sys.implementation, "_machine", "Raspberry Pi Pico with RP2040", raising=False)
         for name in lacks:
             monkeypatch.setitem(sys.modules, name, None)  # importing it raises ImportError
-        sys.modules.pop(f"firmware_py.boards.{platform}_board", None)
-        self.module = importlib.import_module(f"firmware_py.boards.{platform}_board")
+        self.platform = platform
+        self.module = self._load()
         self.startup = importlib.import_module("firmware_py.startup")
-        monkeypatch.setattr(self.module, "time", self.clock)
         monkeypatch.setattr(self.startup, "time", self.clock)
         monkeypatch.setattr(self.module.machine_board, "STORAGE_FOLDER", str(tmp_path / "flash"))
-        self.platform = platform
-        self._monkeypatch = monkeypatch
+
+    def _load(self):
+        """The board's module, loaded anew."""
+        for name in (f"{self.platform}_board", "rp2_memory"):
+            sys.modules.pop(f"firmware_py.boards.{name}", None)
+            self._monkeypatch.delattr(firmware_py.boards, name, raising=False)
+        module = importlib.import_module(f"firmware_py.boards.{self.platform}_board")
+        self._monkeypatch.setattr(module, "time", self.clock)
+        return module
+
+    def reset_by_the_watchdog(self):
+        """What was loaded is gone; what is retained is not."""
+        self.machine.cause = self.machine.WDT_RESET
+        self.machine.mem32.update(WATCHDOG_RAN)
+        self.module = self._load()
+
+    def flight(self):
+        """The part of what is retained that a reset would resume."""
+        block = self.module.rp2_memory.BLOCK if self.platform == "rp2" else self._rtc_memory
+        return bytes(block[FLIGHT:])
 
     def power_on(self, entries):
         board = ModuleType("board")
@@ -66,11 +88,17 @@ class Bench:
             self.stop_s = 1e9
             raise KeyboardInterrupt
 
+    def _address_of(self, block):
+        if len(block) != SIZE:
+            return 0x20008000  # what keeps the block off the heap's bottom
+        address = 0x20018000 + 1024 * len(self._blocks)
+        self._blocks[address] = block
+        return address
+
     def _memory(self, data=None):
-        if data is None:
-            return bytes(self.memory)
-        self.memory[: len(data)] = data
-        return None
+        if data is not None:
+            self._rtc_memory = bytes(data)
+        return self._rtc_memory
 
     def frames(self):
         """(message, values, system) of all frames that left by the UART."""
@@ -120,7 +148,7 @@ def test_it_boots_beats_its_heart_and_gives_the_console_back_on_ctrl_c(bench, ca
     timer.call(timer)
     assert watchdog.fed == fed + 1  # the console stays
     assert made["PWM"][0].pulses == [1500]
-    assert not any(bench.memory)
+    assert not any(bench.flight())
 
 
 def test_the_uart_is_given_room_and_never_waits(pico):
@@ -266,19 +294,18 @@ def test_armed_it_steers_and_on_ctrl_c_the_servo_is_neutral_and_nothing_resumes(
     pulses = pico.machine.made["PWM"][0].pulses
     assert pulses[0] == 1500 and pulses[-1] == 1500 and len(set(pulses)) > 1
     assert min(pulses) >= 1000 and max(pulses) <= 2000
-    assert not any(pico.memory)
+    assert not any(pico.flight())
 
 
 def test_after_a_reset_by_the_watchdog_in_flight_it_flies_on_at_once(pico, monkeypatch):
     samples(pico, 8)
     pico.plan.append((5.0, pico.arm))
     pico.plan.sort(key=lambda entry: entry[0])
-    kept = []
-    pico.plan.append((9.0, lambda: kept.append(bytes(pico.memory))))
+    hung = []
+    pico.plan.append((9.0, lambda: hung.append(pico.flight())))
     pico.power_on(CABLE)
-    pico.memory[:] = kept[0]
-    pico.machine.cause = pico.machine.WDT_RESET
-    pico.machine.mem32.update(WATCHDOG_RAN)
+    pico.module.rp2_memory.BLOCK[FLIGHT:] = hung[0]
+    pico.reset_by_the_watchdog()
     began, pico.stop_s, pico.plan = pico.clock.now, pico.clock.now / 1e6 + 1.0, []
     pico.power_on(CABLE)
     beats = [values for message, values, _ in pico.frames() if message == HEARTBEAT]

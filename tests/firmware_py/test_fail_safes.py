@@ -322,12 +322,12 @@ def test_a_station_that_sets_on_and_on_does_not_wear_the_flash_out():
     for second in range(600):
         parameters.set(0, 2.0 + second % 7)
         for _ in range(60):
-            keeper.update(20_000)
+            keeper.update(20_000, 0)
     writes = [name for what, name in storage.log if what == "write"]
     assert len(writes) <= 8 + 600 * 1.2 / 60.0
     assert "saving parameters later to spare the flash" in said
     for _ in range(4000):
-        keeper.update(20_000)
+        keeper.update(20_000, 0)
     stored = Parameters()
     assert keeper.store and keeper.store.load(stored).found  # what was set last is not lost
     assert stored.values == parameters.values

@@ -1,14 +1,17 @@
 """The loop on a board's own clock, simulated: clocks that jump, loops that stand still, ticks that nobody asked for."""
 
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from firmware_bench import sample
+from simulated_storage import SimulatedStorage
 
 from firmware_py.autopilot import Autopilot
 from firmware_py.boards.interface import NoLight, NoWatchdog
 from firmware_py.loop import run_real_time
 from firmware_py.mavlink.link import MavlinkLink
+from firmware_py.parameters.generated_parameters import NAMES
 from protocol import dialect
 from sim_bridge.links.wire import BridgeCodec
 
@@ -26,7 +29,8 @@ class Board:
 
     def __init__(self, start_us: int = 0):
         self.transport = self
-        self.watchdog, self.light = NoWatchdog(), NoLight()
+        self.watchdog: Any = NoWatchdog()
+        self.light = NoLight()
         self.clock_us = start_us
         self.end_us = 0  # of the time that passes
         self.passed_us = 0
@@ -66,7 +70,7 @@ class Board:
                 self.ticks += 1
             elif message.get_type() == "HEARTBEAT":
                 self.beats.append(self.passed_us / SECOND)
-            elif message.get_type() == "STATUSTEXT":
+            elif isinstance(message, dialect.MAVLink_statustext_message):
                 self.said.append(message.text)
 
     def jump(self, seconds: float) -> None:
@@ -169,3 +173,23 @@ def test_a_late_start_is_told():
     autopilot = fly(board, 4.0)
     assert 8_000 < autopilot.timing.latest_us <= 13_100
     assert autopilot.timing.overruns == 0
+
+
+def test_the_tick_that_writes_flash_spoils_no_statistics():
+    """A save stalls a board for 0.11 s, on the ground: the loop is not judged by it."""
+    board = Board()
+
+    class Flash(SimulatedStorage):
+        def write(self, name: str, data: bytes) -> None:
+            board._pass(110_000)
+            super().write(name, data)
+
+    flash = Flash()
+    autopilot = Autopilot(MavlinkLink(board), storage=flash)
+    autopilot.parameters.set(NAMES.index(b"INNER_P"), 2.5)
+    board.end_us = 3 * SECOND
+    run_real_time(autopilot, board)
+    assert flash.changes
+    assert autopilot.timing.overruns == 0
+    assert autopilot.timing.worst_us < PERIOD_US
+    assert autopilot.timing.latest_us < PERIOD_US

@@ -8,17 +8,19 @@ from firmware_bench import NAMES, TICKS_PER_SECOND, Bench, FlyingKite, hovering,
 from simulated_storage import Board, RetainedMemory, SimulatedStorage, flipped, whole_board
 
 from firmware_py.autopilot import Autopilot
-from firmware_py.boards.interface import POWER_ON, SOFT, WATCHDOG
+from firmware_py.boards.interface import EVENT_MODE, EVENT_RESET, POWER_ON, SOFT, WATCHDOG
+from firmware_py.boards.retained_layout import FLIGHT, SIZE
 from firmware_py.boards.unix_board import UnixBoard
 from firmware_py.mavlink.link import MavlinkLink
 from firmware_py.parameters.generated_parameters import COUNT
-from firmware_py.parameters.retained import Recovery
+from firmware_py.parameters.retained import EventRing, Recovery
+from firmware_py.parameters.store import SLOTS
 from firmware_py.parameters.values import Parameters
 from protocol import dialect
 
 STANDBY, PARK, TRACK = dialect.KITE_MODE_STANDBY, dialect.KITE_MODE_PARK, dialect.KITE_MODE_TRACK
 ACCEPTED = dialect.MAV_RESULT_ACCEPTED
-RETAINED_BYTES = 17 + 4 * COUNT + 2
+FLIGHT_BYTES = 17 + 4 * COUNT + 2
 
 
 def heartbeat_of_a_station() -> dialect.MAVLink_message:
@@ -66,6 +68,11 @@ def storage_of(board: Board) -> SimulatedStorage:
 def retained_of(board: Board) -> RetainedMemory:
     assert board.retained is not None
     return board.retained
+
+
+def flights(board: Board) -> int:
+    """How often the flight was written into retained memory."""
+    return [offset for offset, _ in retained_of(board).writes].count(FLIGHT)
 
 
 def assert_on_the_ground(board: Board, cause: str) -> Bench:
@@ -182,16 +189,16 @@ def test_a_watchdog_reset_during_such_a_start_does_not_bring_the_old_flight_back
 def test_spoilt_memory_after_a_watchdog_reset_at_any_byte():
     board = flown_board(FlyingKite())
     whole = retained_of(board).data
-    for position in range(RETAINED_BYTES):
+    for position in range(FLIGHT, FLIGHT + FLIGHT_BYTES):
         retained_of(board).data = flipped(whole, position, 0x10)
         bench = board.boot(WATCHDOG)
         assert bench.autopilot.modes.mode == STANDBY, position
         assert (bench.value("OUTER_L"), bench.value("INNER_P")) == (4.0, 1.5)
-    retained_of(board).data = flipped(whole, RETAINED_BYTES)  # not ours
+    retained_of(board).data = flipped(whole, FLIGHT + FLIGHT_BYTES)  # not the flight's
     assert board.boot(WATCHDOG).autopilot.modes.mode == PARK
 
 
-@pytest.mark.parametrize("data", [b"", bytes(50), bytes(256), b"\xff" * 256])
+@pytest.mark.parametrize("data", [bytes(SIZE), b"\xff" * SIZE, bytes(range(256)) * 3])
 def test_memory_with_nothing_in_it(data):
     board = flown_board(FlyingKite())
     retained_of(board).data = data
@@ -285,9 +292,23 @@ def test_storage_that_fails_is_tried_again_with_the_next_change_only():
     bench.set(INNER_P=2.5)
     bench.run(5.0)
     assert [text for text in bench.texts() if "save" in text] == ["parameters not saved: storage failed"]
+    assert bench.autopilot.keeper.storage_fails()
     storage_of(board).full = False
     bench.set(OUTER_L=3.0)
     bench.run(1.2)
+    assert not bench.autopilot.keeper.storage_fails()
+    assert board.boot(POWER_ON).value("INNER_P") == 2.5
+
+
+def test_slots_that_are_both_spoilt_count_as_storage_that_fails_until_a_save():
+    board = whole_board()
+    storage_of(board).files.update(dict.fromkeys(SLOTS, b"noise"))
+    bench = board.boot()
+    assert bench.autopilot.keeper.storage_fails()
+    bench.set(INNER_P=2.5)
+    bench.run(1.2)
+    assert "2 of 2 parameter slots damaged" in bench.texts()
+    assert not bench.autopilot.keeper.storage_fails()
     assert board.boot(POWER_ON).value("INNER_P") == 2.5
 
 
@@ -295,13 +316,23 @@ def test_retained_memory_is_written_on_a_change_only():
     board = whole_board()
     bench = board.boot(sky=FlyingKite())
     bench.start(TRACK)
-    writes = retained_of(board).writes
+    writes = flights(board)
     bench.run(10.0)
-    assert retained_of(board).writes == writes
+    assert flights(board) == writes
     bench.ask(set_parameter("INNER_P", 2.0), set_parameter("OUTER_L", 4.0))
-    assert retained_of(board).writes == writes + 1
+    assert flights(board) == writes + 1
     bench.disarm()
-    assert retained_of(board).writes == writes + 2
+    assert flights(board) == writes + 2
+
+
+def test_resets_and_modes_are_events_that_outlive_a_reset():
+    board = flown_board(FlyingKite())
+    board.boot(WATCHDOG, FlyingKite()).run(0.1)
+    events = [(code, value) for _, code, _, value in EventRing(board.retained).entries()]
+    assert events == [(EVENT_RESET, 0.0), (EVENT_MODE, float(PARK)), (EVENT_MODE, float(TRACK)),
+                      (EVENT_RESET, 1.0), (EVENT_MODE, float(PARK))]
+    uptimes_ms = [uptime for _, _, uptime, _ in EventRing(board.retained).entries()]
+    assert uptimes_ms[0] == uptimes_ms[3] == 0 and 1500 < uptimes_ms[1] < uptimes_ms[2] < 4500
 
 
 def test_a_value_that_was_acknowledged_has_been_kept():

@@ -8,7 +8,7 @@ from firmware_py.generated_enums import KITE_MODE_MANUAL, KITE_MODE_PARK, KITE_M
 
 SLOT_US = 1 << 17
 ROUND_US = 16 * SLOT_US
-NAMES = ("NO_LINK", "SETTINGS", "STOPPED", "DISARMED", "STALE", "MANUAL", "PARK", "TRACK")
+NAMES = ("NO_LINK", "SETTINGS", "STOPPED", "NOT_STORED", "DISARMED", "STALE", "MANUAL", "PARK", "TRACK")
 
 
 class Watched:
@@ -61,6 +61,16 @@ def test_the_gaps_of_an_armed_kite_count_its_mode():
     for mode, pattern in ((1, light.MANUAL), (2, light.PARK), (3, light.TRACK)):
         dark = f"{~pattern & 0xFFFF:016b}"
         assert len([gap for gap in dark.split("0") if gap]) == mode
+
+
+def test_storage_that_fails_is_shown_on_the_ground_only():
+    watched = Watched()
+    failing = [True]
+    watched.light.ask_storage(lambda: failing[0])
+    assert watched.pattern(KITE_MODE_STANDBY) == light.NOT_STORED
+    assert watched.pattern(KITE_MODE_TRACK) == light.TRACK
+    failing[0] = False
+    assert watched.pattern(KITE_MODE_STANDBY) == light.DISARMED
 
 
 def test_the_link_is_missed_after_three_seconds_and_seen_again_at_once():

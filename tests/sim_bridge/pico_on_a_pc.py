@@ -67,7 +67,7 @@ class Machine:
     UART = Uart
     Pin = Timer = WDT = Anything
     WDT_RESET = 3
-    mem32 = {0x40064000: 0xB1}  # the voltage regulator  # noqa: RUF012
+    mem32 = {0x40064000: 0xB1, 0x4005800C: 0}  # noqa: RUF012  voltage regulator; holds nothing after power-on
 
     def freq(self, hz=125000000):
         return hz
@@ -77,8 +77,8 @@ class Machine:
 
 
 class Uctypes:
-    def bytearray_at(self, address, size):
-        return bytearray(size)
+    def addressof(self, block):
+        return 0x20010000
 
 
 sys.modules["machine"] = Machine()  # type: ignore[assignment]
@@ -86,6 +86,7 @@ sys.modules["uctypes"] = Uctypes()  # type: ignore[assignment]
 sys.path.insert(0, "")
 gc.threshold(8192)  # type: ignore[attr-defined]  as firmware_py/start.py does, before anything is loaded
 
+from firmware_py.boards import rp2_memory  # noqa: E402, F401, I001  first, as firmware_py/start.py does
 from firmware_py import startup  # noqa: E402
 from firmware_py.boards import machine_board, rp2_board  # noqa: E402
 

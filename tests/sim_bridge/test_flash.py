@@ -72,6 +72,7 @@ def test_an_empty_board_gets_everything_and_main_py_last(capsys, mpremote):
     done = calls.read_text().splitlines()
     copies = [line for line in done if line.startswith("fs cp")]
     assert code == 0 and "0 up to date" in out and "LISTEN=" in out
+    assert out.startswith("nothing of kitepilot on this board: it is new, or has lost its file system")
     assert copies[-2:] == ["fs cp board.py :board.py", "fs cp main.py :main.py"] and done[-1] == "reset"
     assert {line.split()[-1] for line in copies[:-2]} == {
         f":{path.as_posix()}/" for path in Path("firmware_py").rglob("*") if any(path.glob("*.py"))} | {":firmware_py/"}
@@ -109,6 +110,7 @@ def test_only_what_changed_is_copied_and_board_py_never_over_another(capsys, mpr
     ("kitepilot-probe rp2 micropython 1 27\nfree 4096 200\n", 0, "MicroPython 1.27 on the board is too old: 1.28"),
     ("kitepilot-probe stm32 micropython 1 28\nfree 4096 200\n", 0, "there is no board module for stm32"),
     ("kitepilot-probe rp2 micropython 1 28\nfree 4096 3\n", 0, "no room on the board: "),
+    ("kitepilot-probe rp2 micropython 1 28\nno-file-system\n", 0, "can neither read its flash nor format it"),
 ])  # fmt: skip
 def test_what_is_wrong_with_a_board_is_said_in_one_line(capsys, mpremote, says, code, expected):
     calls = mpremote(says, code)

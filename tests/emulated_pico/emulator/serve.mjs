@@ -40,6 +40,13 @@ const requests = {
     board.mcu.sram.set(Buffer.from(data, 'base64'), address - RAM);
     return {};
   },
+  peek_word({ address }) {
+    return { value: board.mcu.readUint32(address) >>> 0 };
+  },
+  poke_word({ address, value }) {
+    board.mcu.writeUint32(address, value);
+    return {};
+  },
   read_flash({ offset, size }) {
     return { data: encode(board.mcu.flash.subarray(offset, offset + size)) };
   },

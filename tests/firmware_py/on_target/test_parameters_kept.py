@@ -7,6 +7,18 @@ import os
 import struct
 
 from firmware_py.boards.file_storage import FileStorage
+from firmware_py.boards.interface import EVENT_MODE
+from firmware_py.boards.retained_layout import (
+    EVENT_BYTES,
+    EVENT_COUNT,
+    EVENTS,
+    FLIGHT,
+    FLIGHT_BYTES,
+    SIGNING_TIME,
+    SIZE,
+    Retained,
+    take_over,
+)
 from firmware_py.parameters.generated_parameters import (
     COUNT,
     DEFAULTS,
@@ -17,7 +29,7 @@ from firmware_py.parameters.generated_parameters import (
     READ_ONLY,
     STEPS,
 )
-from firmware_py.parameters.retained import Recovery
+from firmware_py.parameters.retained import EventRing, Recovery, SigningTime
 from firmware_py.parameters.store import SLOTS, TEMPORARY, ParameterStore
 from firmware_py.parameters.values import Parameters
 
@@ -56,13 +68,13 @@ class Memory:
     """Retained memory, at first with noise in it."""
 
     def __init__(self):
-        self.data = bytes(range(256))
+        self.data = bytes([index % 256 for index in range(SIZE)])
 
-    def read(self):
-        return self.data
+    def read(self, offset, size):
+        return self.data[offset : offset + size]
 
-    def write(self, data):
-        self.data = bytes(data) + self.data[len(data) :]
+    def write(self, offset, data):
+        self.data = self.data[:offset] + bytes(data) + self.data[offset + len(data) :]
 
 
 class Flash:
@@ -192,11 +204,70 @@ def test_retained_memory():
         assert Recovery(memory).load(parameters) is armed
         assert _bytes(parameters) == _bytes(_set(3))
     whole = memory.data
-    for position in range(0, 17 + 4 * COUNT, 5):
+    for position in range(FLIGHT, FLIGHT + 17 + 4 * COUNT, 5):
         memory.data = whole[:position] + bytes([whole[position] ^ 4]) + whole[position + 1 :]
         assert Recovery(memory).load(Parameters()) is None
-    memory.data = whole[:20]
-    assert Recovery(memory).load(Parameters()) is None
+
+
+def test_a_ring_of_events_outlives_resets_and_loses_only_what_is_spoilt():
+    memory = Memory()
+    ring = EventRing(memory)
+    assert ring.entries() == []
+    for value in range(40):
+        if value % 7 == 0:
+            ring = EventRing(memory)  # a reset
+        ring.append(EVENT_MODE, value, 4000000000 + value)
+    assert ring.entries() == [(value, EVENT_MODE, 4000000000 + value, float(value)) for value in range(24, 40)]
+    torn = EVENTS + 30 % EVENT_COUNT * EVENT_BYTES + 5
+    memory.data = memory.data[:torn] + bytes([memory.data[torn] ^ 4]) + memory.data[torn + 1 :]
+    assert [entry[0] for entry in EventRing(memory).entries()] == [number for number in range(24, 40) if number != 30]
+
+
+def test_the_numbers_of_events_go_round():
+    memory = Memory()
+    memory.write(EVENTS, bytes(EVENT_COUNT * EVENT_BYTES))
+    ring = EventRing(memory)
+    ring._next = 65530
+    for value in range(12):
+        ring.append(EVENT_MODE, value, value)
+    assert [entry[3] for entry in ring.entries()] == [float(value) for value in range(12)]
+    assert EventRing(memory)._next == 6
+
+
+def test_a_signing_time():
+    memory = Memory()
+    assert SigningTime(memory).read() is None
+    for timestamp in (0, 1, 0x123456789ABC, 0xFFFFFFFFFFFF):
+        SigningTime(memory).write(timestamp)
+        assert SigningTime(memory).read() == timestamp
+    memory.data = memory.data[:SIGNING_TIME] + b"\x00" + memory.data[SIGNING_TIME + 1 :]
+    assert SigningTime(memory).read() is None
+
+
+def test_each_part_has_a_place_of_its_own():
+    memory = Memory()
+    SigningTime(memory).write(1234567)
+    recovery = Recovery(memory)
+    recovery.write(_set(3), True)
+    ring = EventRing(memory)
+    for value in range(EVENT_COUNT):
+        ring.append(EVENT_MODE, value, value)
+    assert recovery.load(Parameters()) is True
+    assert len(ring.entries()) == EVENT_COUNT
+    assert SigningTime(memory).read() == 1234567
+    assert 19 + 4 * COUNT <= FLIGHT_BYTES and FLIGHT + FLIGHT_BYTES == SIZE
+
+
+def test_a_block_of_another_layout_is_not_taken_over():
+    block = bytearray(SIZE)
+    take_over(block, None)
+    SigningTime(Retained(block)).write(1)
+    for old, taken in ((bytes(block), 1), (bytes(SIZE), None), (bytes(block)[:-1], None), (b"", None),
+                       (b"?" + bytes(block)[1:], None)):
+        after = bytearray(SIZE)
+        take_over(after, old)
+        assert SigningTime(Retained(after)).read() == taken
+        assert after[:8] == block[:8]
 
 
 def _mount(flash):
