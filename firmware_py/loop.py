@@ -1,14 +1,10 @@
 """Runs the autopilot: in lockstep with a bridge, or in real time on a board's own clock."""
 
-import gc
-import sys
-
 from .clock import ticks_add, ticks_diff
+from .garbage import Collector
 from .mavlink.generated_messages import KITE_SENSORS, KITE_TICK_END
 from .parameters.generated_parameters import COLLECT_TICKS
 
-_MARGIN_US = 1000
-_PATIENCE = 2  # times as many ticks, after which garbage is collected whatever the slack
 _BOARD = 1  # system and component that a board's own sensors come from
 
 
@@ -98,34 +94,3 @@ def step_real_time(autopilot, board, now, late_us):
     board.watchdog.feed()
     board.light.show(autopilot.modes.mode, autopilot.modes.stale, now)
     return room
-
-
-class Collector:
-    """Collects garbage in the idle time after a tick, never during one. On CPython it does nothing.
-
-    A tick leaves about 7 KB of garbage on a board, which MicroPython would collect when the heap is full, in the middle
-    of a tick. `worst_us` is the longest pause so far; `runs` counts them.
-    """
-
-    def __init__(self, ticks_us):
-        self._ticks_us = ticks_us
-        self._works = sys.implementation.name == "micropython"
-        self._waited = 0
-        self.worst_us = 0
-        self.runs = 0
-
-    def collect_if_due(self, every, left_us):
-        """At the end of a tick with `left_us` left; `every` is the parameter COLLECT_TICKS, 0 for never."""
-        if not every or not self._works:
-            return
-        self._waited += 1
-        if self._waited < every:
-            return
-        if left_us < self.worst_us + _MARGIN_US and self._waited < every * _PATIENCE:
-            return
-        self._waited = 0
-        start = self._ticks_us()
-        gc.collect()
-        elapsed_us = ticks_diff(self._ticks_us(), start)
-        self.worst_us = max(self.worst_us, elapsed_us)
-        self.runs += 1

@@ -8,6 +8,7 @@ from .autopilot import Autopilot
 from .boards.interface import WATCHDOG
 from .boards.light import SETTINGS, STOPPED
 from .boards.settings import check_settings
+from .garbage import run_in_order
 from .loop import run_real_time
 from .mavlink.link import MavlinkLink
 from .parameters.generated_parameters import SYSTEM_ID
@@ -121,7 +122,10 @@ def _fly(board, settings):
     if hasattr(gc, "threshold"):
         getattr(gc, "threshold")(-1)  # noqa: B009  everything is loaded: from here on the loop says when
     board.start_watchdog()
-    run_real_time(autopilot, board)
+    run_in_order(
+        lambda: run_real_time(autopilot, board),
+        (autopilot.parameters, link, autopilot.kite, autopilot.prediction, autopilot.guidance, autopilot.modes),
+    )
 
 
 def _print_exception(error):

@@ -32,6 +32,7 @@ class MavlinkLink:
         self._control_encoder = Encoder(1, MAV_COMP_ID_USER2)
         self.lockstep = False  # true where the bridge's ticks run the loop
         self._transport = transport
+        self._has_peers = hasattr(transport, "from_peer")
         self._out = bytearray(_DATAGRAM + LONGEST_FRAME)
         self._out_view = memoryview(self._out)
         self._filled = 0
@@ -60,17 +61,15 @@ class MavlinkLink:
             decoder.feed(data)
             while decoder.next_frame(whole):
                 message = decoder.message
-                if message in (KITE_SENSORS, KITE_TICK) and not self._is_of_the_bridge(message):
-                    self.refused += 1
+                if message in (KITE_SENSORS, KITE_TICK) and (
+                    (self._has_peers and not transport.from_peer) or (message == KITE_TICK and not self.lockstep)
+                ):
+                    self.refused += 1  # it came from where it may not come, or is of no use
                 else:
                     inbox.put(message, decoder.values, decoder.system, decoder.component, decoder.sequence)
             if inbox.tick is not None:
                 break
         return taken
-
-    def _is_of_the_bridge(self, message):
-        """True if a sample or tick came from where it may come, and is of use."""
-        return getattr(self._transport, "from_peer", True) and (message != KITE_TICK or self.lockstep)
 
     def send(self, message, values):
         """Queue a frame of `message` with `values` in wire order; return its size [bytes]."""

@@ -95,7 +95,8 @@ class Inbox:
     def put(self, message, values, system, component, sequence=None):
         """Take a message (values in wire order) from `system` and `component`; `sequence` is its frame's number."""
         if message == KITE_SENSORS:
-            if self.sample is None or ticks_diff(_stamp(values), _stamp(self.sample)) > 0:
+            newest = self.sample
+            if newest is None or ticks_diff(_stamp(values), _stamp(newest)) > 0:
                 self.sample = values
         elif message == KITE_TICK:
             self.tick = values

@@ -149,13 +149,14 @@ def compile_file(path: Path, text: str, target: Path, architecture: str) -> None
 
 def to_compile() -> dict[Path, str]:
     """The firmware's source files, with what is to be compiled of each: its text with the constants put in."""
-    names = {path: _module_name(path) for path in firmware_files()}
+    names = {path: module_name(path) for path in firmware_files()}
     texts = put_constants_in(
         {name: (path.name == "__init__.py", path.read_text("utf-8")) for path, name in names.items()})
     return {path: texts[name] for path, name in names.items()}
 
 
-def _module_name(path: Path) -> str:
+def module_name(path: Path) -> str:
+    """Full name of the module that a firmware file is."""
     parts = [PACKAGE, *path.relative_to(_SOURCE).with_suffix("").parts]
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 

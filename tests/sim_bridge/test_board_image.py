@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from protocol import dialect
-from sim_bridge.boards import package_listing
+from sim_bridge.boards import module_order, package_listing
 from sim_bridge.boards.image import BoardError, board_settings, check_board_settings, lay_out, read_entries
 from sim_bridge.cli.main import main
 from sim_bridge.runtimes.process import micropython_command
@@ -142,6 +142,13 @@ def test_on_a_simulated_pico_it_beats_its_heart_and_takes_a_parameter(tmp_path):
     assert len(beats) == 8 and {message.get_srcSystem() for message in heard} == {9}
     assert [(value.param_id, value.param_value) for value in values] == [("INNER_P", 2.25)]
     assert (tmp_path / "kitepilot").is_dir()  # and it was saved
+
+
+def test_the_order_of_modules_is_that_of_the_imports():
+    assert module_order.TARGET.read_text("utf-8") == module_order.render()
+    order = module_order.render().split('"')[-2].split()
+    places = [order.index(name) for name in ("clock", "estimation.estimator", "autopilot", "startup")]
+    assert places == sorted(places)
 
 
 def test_package_json_lists_exactly_the_firmware():
