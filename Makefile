@@ -68,6 +68,10 @@ test: $(VENV)/.installed-dev ## run the tests on all cores
 soak: $(VENV)/.installed-dev ## run the tests that take minutes or need real time, one after the other
 	$(BIN)/pytest -m soak -o addopts="-v --strict-markers"
 
+emulated-pico: $(VENV)/.installed-dev ## a minute of three scenarios on an emulated Pico, and each loss of power (PICO_IMAGE=MicroPython's for RPI_PICO)
+	$(BIN)/python -m tests.emulated_pico.minute_flights
+	$(BIN)/pytest -m soak -o addopts="-v --strict-markers" tests/emulated_pico
+
 $(VENV)/.installed-mutants: $(VENV)/.installed-dev
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[mutants]'
 	@touch $@
@@ -85,4 +89,4 @@ architecture: $(VENV)/.installed-dev ## draw the pictures of docs/architecture.m
 clean: ## remove .venv and what was built
 	rm -rf $(VENV) mutants build dist *.egg-info
 
-.PHONY: help install sitl paper validate flash board-image generate lint type test soak mutants architecture clean
+.PHONY: help install sitl paper validate flash board-image generate lint type test soak emulated-pico mutants architecture clean

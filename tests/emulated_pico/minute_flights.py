@@ -1,0 +1,91 @@
+"""A minute of each of three scenarios on an emulated Pico, at two clocks: the table of docs/boards.md.
+
+    PICO_IMAGE=RPI_PICO-v1.28.0.uf2 python -m tests.emulated_pico.minute_flights [--seconds 60] [--jobs 2]
+"""
+
+import argparse
+import re
+import sys
+import tempfile
+from concurrent.futures import ProcessPoolExecutor
+from itertools import product
+from pathlib import Path
+
+from sim_bridge.boards.image import lay_out
+from sim_bridge.runs.run import RunOptions, run_scenario
+from sim_bridge.scenario.scenario import Scenario, load_scenario
+from tests.emulated_pico.flight import BAUD, fly
+from tests.emulated_pico.pico import EmulatedPico, why_missing
+
+SCENARIOS = ("small-kite", "v3-flight", "paper-delay-tuned")
+CLOCKS_MHZ = (200, 125)
+ON_A_CABLE = {"LINK": "uart", "UART": 0, "UART_TX": 0, "UART_RX": 1, "UART_BAUD": BAUD, "SENSORS": "hil"}
+START_S = 20.0  # more than any start takes
+_HEAD = ("scenario", "MHz", "tick: median", "99.9 %", "worst", "latest start", "lost", "collections", "longest",
+         "heap live / free", "stack", "cross-track", "of CPython's")
+_ASK_HEAP = "import gc; gc.collect(); print('heap', gc.mem_alloc(), gc.mem_free())\r\n"
+
+
+def minute(name: str, clock_mhz: int, seconds: float) -> str:
+    """A row of the table."""
+    from tests.emulated_pico.filesystem import filesystem_of  # noqa: PLC0415  an extra's
+
+    with tempfile.TemporaryDirectory() as folder:
+        lay_out(Path(folder), ON_A_CABLE | {"CPU_MHZ": clock_mhz}, "armv6m")
+        pico = EmulatedPico(filesystem_of(Path(folder)))
+    try:
+        pico.run_until_printed("running as system", START_S)
+        pico.run(0.5)
+        result, kept = fly(pico, _scenario(name, seconds))
+        live, free = _heap(pico)
+    finally:
+        pico.close()
+    here = run_scenario(_scenario(name, seconds), RunOptions()).numbers["cross_track_rms_rad"]
+    there = result.numbers["cross_track_rms_rad"]
+    return _row((
+        name, f"{clock_mhz}", f"{kept.median:.1f} ms", f"{kept.p999:.1f} ms", f"{kept.worst:.1f} ms",
+        f"{kept.latest:.1f} ms", f"{kept.lost}", f"{kept.collections}, {kept.in_ticks} in a tick",
+        f"{kept.longest_collection:.1f} ms", f"{live / 1000:.0f} / {free / 1000:.0f} KB", f"{kept.stack_bytes} bytes",
+        f"{there:.5f} rad", f"{there / here:.2f}"))
+
+
+def _scenario(name: str, seconds: float) -> Scenario:
+    scenario = load_scenario(name)
+    scenario.set_text(f"run.duration_s={seconds:g}", "--set")
+    return scenario
+
+
+def _heap(pico: EmulatedPico) -> tuple[int, int]:
+    """Bytes of the heap that are live and free, asked at the console after Ctrl-C."""
+    pico.type("\x03")
+    pico.run(0.5)
+    pico.type(_ASK_HEAP)
+    pico.run(0.5)
+    live, free = re.findall(r"heap (\d+) (\d+)", pico.printed())[-1]
+    return int(live), int(free)
+
+
+def _row(cells: tuple[str, ...]) -> str:
+    return f"| {' | '.join(cells)} |"
+
+
+def main() -> int:
+    """Print the table, a row as soon as it is flown."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seconds", type=float, default=60.0, help="length of each flight (default: %(default)g)")
+    parser.add_argument("--jobs", type=int, default=2, help="flights at a time (default: %(default)d)")
+    options = parser.parse_args()
+    if problem := why_missing():
+        print(f"no emulated Pico: {problem}", file=sys.stderr)
+        return 1
+    print(_row(_HEAD))
+    print(_row(("---",) * len(_HEAD)))
+    clocks, names = zip(*product(CLOCKS_MHZ, SCENARIOS), strict=True)
+    with ProcessPoolExecutor(options.jobs) as pool:
+        for row in pool.map(minute, names, clocks, [options.seconds] * len(names)):
+            print(row, flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
