@@ -4,14 +4,13 @@ from .clock import ticks_since
 from .control.figure_eight import FigureEight
 from .control.gains import Gains
 from .control.guidance import Guidance
+from .control.mode_laws import steer_by_mode
 from .control.steering import Steering
 from .estimation.estimator import Estimator
 from .estimation.turn_k_estimate import TurnKEstimate
 from .generated_enums import (
     HIL_ACTUATOR_CONTROLS_FLAGS_LOCKSTEP,
-    KITE_MODE_MANUAL,
     KITE_MODE_PARK,
-    KITE_MODE_STANDBY,
     KITE_MODE_TRACK,
 )
 from .mavlink.generated_messages import HIL_ACTUATOR_CONTROLS
@@ -150,17 +149,6 @@ class Autopilot:
             self.guidance.step_exactly(kite, gains)
         elif fresh or not self.guidance.running:
             self.guidance.step(self.kite.frame, gains, self.kite.interval)
-        if mode == KITE_MODE_MANUAL:
-            self.target_course = kite.course
-            self.steering.hold(self.modes.manual_steering, dt)
-        elif self.modes.stale or mode == KITE_MODE_STANDBY:
-            self.target_course = kite.course
-            self.steering.release()
-        elif mode == KITE_MODE_PARK:
-            self.target_course = 0.0  # straight up, towards the zenith
-            self.steering.follow(0.0, 0.0, kite, gains, dt)
-        else:
-            self.target_course = self.guidance.target_course
-            self.steering.follow(self.target_course, self.guidance.target_rate, kite, gains, dt)
+        self.target_course = steer_by_mode(self.modes, self.guidance, self.steering, kite, gains, dt)
         if predicted:  # what is told goes with the sample: the error is the one that was steered by
             self.target_course = wrap(self.kite.course + self.steering.error)

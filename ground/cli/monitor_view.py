@@ -42,7 +42,7 @@ def line(state: VehicleState, connection: Connection, elapsed_s: float) -> str:
             f"cross_track_deg={_degrees(kite.cross_track)}", f"turning_angle_deg={_degrees(kite.course)}",
             f"target_deg={_degrees(kite.target_course)}", f"steering={kite.steering_asked:+.3f}",
             f"airspeed={kite.airspeed:.1f}", f"tick_ms={_tick(kite.tick_us)}", f"worst_ms={_tick(kite.tick_worst_us)}",
-            f"overruns={kite.overruns}", f"dropped={kite.samples_dropped}"]
+            f"late_ms={_tick(kite.late_worst_us)}", f"overruns={kite.overruns}", f"dropped={kite.samples_dropped}"]
     if (delay := connection.round_trip.summary(now_s, _DELAY_WINDOW_S)) is not None:
         parts += [f"delay_ms={delay.median_s * 1e3:.0f}", f"spread_ms={delay.spread_s * 1e3:.0f}"]
     parts += [f"rate={statistics.rate_hz(now_s):.1f}", f"loss={'-' if loss is None else f'{loss:.3f}'}",
@@ -89,8 +89,8 @@ def _loop(state: VehicleState) -> list[tuple[str, str]]:
     kite = state.kite
     rows = []
     if kite is not None:
-        worst = _tick(kite.tick_worst_us)
-        rows = [("loop", f"{_tick(kite.tick_us):>8} ms    worst {worst} ms   overruns {kite.overruns}"),
+        tick, worst, late = (_tick(time) for time in (kite.tick_us, kite.tick_worst_us, kite.late_worst_us))
+        rows = [("loop", f"{tick:>8} ms    worst {worst} ms   late {late} ms   overruns {kite.overruns}"),
                 ("samples dropped", f"{kite.samples_dropped:8d}")]
     if state.system is not None:
         rows.append(("load", f"{state.system.load / 10.0:8.1f} %     of the loop's period"))

@@ -1,4 +1,4 @@
-"""Cost of a tick under MicroPython: memory, time, collector pauses, and an estimate for a board.
+"""Cost of a tick under MicroPython on this machine: memory, time, collector pauses. docs/boards.md has a board's.
 
 A scenario is flown with the firmware in memory, and its ticks are recorded; MicroPython then repeats
 them to the same firmware, which in lockstep does the same to the bit, and measures itself.
@@ -22,8 +22,6 @@ from sim_bridge.scenario.scenario import Scenario
 
 _TRACKING_AFTER_S = 5.0
 _BLOCK = 32  # bytes that a float result takes on a 64-bit port, where a board takes 16
-_FLOAT_US = 12.0  # a float result on an RP2040 at 125 MHz, all told
-_FRAMES_US = 1500.0  # packing and checking the frames of a tick there: four of them, with native CRC
 
 
 class _Recorder(MemoryRuntime):
@@ -61,13 +59,11 @@ def bench_micropython(scenario: Scenario, duration_s: float) -> dict[str, Any]:
     if done.returncode:
         raise FirmwareError(f"MicroPython failed: {(done.stdout + done.stderr).strip().splitlines()[-1]}")
     measured = json.loads(done.stdout)
-    floats = measured["bytes_per_tick_worst"] / _BLOCK
     free = measured["free_by_minute"]
     return {
         "scenario": scenario.name, "runtime": "micropython", "sim_s": duration_s, **measured,
         "free_lost_bytes": free[0] - free[-1] if free else 0,
-        "float_results_worst_at_most": floats,
-        "rp2040_worst_tick_ms": (floats * _FLOAT_US + _FRAMES_US) / 1000,
+        "float_results_worst_at_most": measured["bytes_per_tick_worst"] / _BLOCK,
         "mpy_bytes": _size_of_mpy(),
     }
 

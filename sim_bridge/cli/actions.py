@@ -182,8 +182,7 @@ def _bench_micropython(options: Namespace) -> int:
     print(f"{numbers['scenario']} under MicroPython, {numbers['ticks']} ticks in flight with telemetry:")
     print(f"  a tick: {numbers['bytes_per_tick']:.0f} bytes, {numbers['bytes_per_tick_worst']} worst (half on a "
           f"board); {numbers['us_per_tick']:.0f} us, {numbers['us_per_tick_worst']} worst, on this machine")
-    print(f"  at most {numbers['float_results_worst_at_most']:.0f} float results: about "
-          f"{numbers['rp2040_worst_tick_ms']:.1f} ms on an RP2040, at 12 us each and 1.5 ms for its frames")
+    print(f"  at most {numbers['float_results_worst_at_most']:.0f} float results (docs/boards.md: a tick on a board)")
     print(f"  heap: {numbers['free_after_import']} bytes free after import; {numbers['free_lost_bytes']} lost flying")
     print(f"  collector: {numbers['collector_pause_worst_us']} us worst, on this machine; "
           f"firmware as .mpy: {numbers['mpy_bytes']} bytes")
