@@ -54,6 +54,7 @@ class TimeKeeping(NamedTuple):
     longest_collection: float
     stack_bytes: int
     clock_mhz: float
+    delay: float  # from a sample that is sent to the board to the steering that it makes of it, median
 
     def __str__(self) -> str:
         return (f"{self.ticks} ticks at {self.clock_mhz:.1f} MHz: median {self.median:.1f}, 99.9 % {self.p999:.1f}, "
@@ -100,10 +101,12 @@ def fly(pico: EmulatedPico, scenario: Scenario) -> tuple[RunResult, TimeKeeping]
     """Fly `scenario` with a Pico that runs already; time is kept from the start of the flight to its end."""
     runtime = _Watched(pico)
     result = run_scenario(scenario, RunOptions(), runtime=runtime)
-    return result, time_keeping(runtime.starts_s(), pico.measured(), 1.0 / scenario.parameter("LOOP_HZ"))
+    delay_s, _ = runtime.delay() or (0.0, 0.0)
+    return result, time_keeping(
+        runtime.starts_s(), pico.measured(), 1.0 / scenario.parameter("LOOP_HZ"), delay_s)
 
 
-def time_keeping(starts: list[float], measured: Measured, period: float) -> TimeKeeping:
+def time_keeping(starts: list[float], measured: Measured, period: float, delay_s: float) -> TimeKeeping:
     """From when ticks began [s since the last reset], and what the emulator saw. `period` [s] is the loop's."""
     reset_s = measured.resets[-1][1] if measured.resets else 0.0
     feeds = [feed - reset_s for feed in measured.feeds]
@@ -125,4 +128,5 @@ def time_keeping(starts: list[float], measured: Measured, period: float) -> Time
     return TimeKeeping(
         len(ordered), 1e3 * median(ordered), 1e3 * ordered[int(0.999 * (len(ordered) - 1))], 1e3 * ordered[-1],
         1e3 * latest, lost, len(collections), collections_in_ticks,
-        1e3 * max((took for _, took in collections), default=0.0), measured.stack, 1e-6 * measured.clock_hz)
+        1e3 * max((took for _, took in collections), default=0.0), measured.stack, 1e-6 * measured.clock_hz,
+        1e3 * delay_s)
