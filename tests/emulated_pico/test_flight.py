@@ -17,5 +17,6 @@ def test_four_seconds_of_small_kite_with_prediction_at_the_default_rate(flying_p
     assert kept.latest <= 12.0
     assert kept.median <= 12.0
     assert kept.in_ticks == 0 and kept.collections > 20
+    assert kept.longest_collection < 10.0  # twice as long where the marking overflows (firmware_py/garbage.py)
     cross_track, _ = result.flight.recent_errors(2.0)
     assert math.degrees(cross_track) < 0.1
