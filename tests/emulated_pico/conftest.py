@@ -9,11 +9,8 @@ from typing import Any
 import pytest
 
 from sim_bridge.boards.image import board_settings, lay_out
-from tests.emulated_pico.flight import BAUD
+from tests.emulated_pico.flight import ON_A_CABLE, START_S
 from tests.emulated_pico.pico import EmulatedPico, why_missing
-
-ON_A_CABLE = {"LINK": "uart", "UART": 0, "UART_TX": 0, "UART_RX": 1, "UART_BAUD": BAUD, "SENSORS": "hil"}
-START_S = 20.0  # more than any start takes
 
 
 @pytest.fixture(autouse=True)

@@ -14,6 +14,8 @@ from sim_bridge.scenario.scenario import Scenario
 from tests.emulated_pico.pico import EmulatedPico, Measured
 
 BAUD = 460800
+ON_A_CABLE = {"LINK": "uart", "UART": 0, "UART_TX": 0, "UART_RX": 1, "UART_BAUD": BAUD, "SENSORS": "hil"}  # in board.py
+START_S = 20.0  # more than any start takes
 _QUANTUM_S = 0.0003  # after a first byte: a frame of steering takes 1 ms at 460800 baud
 _PATIENCE_S = 30.0
 _BEAT = 50  # ticks, of which one at least begins when it is due

@@ -14,13 +14,11 @@ from pathlib import Path
 from sim_bridge.boards.image import lay_out
 from sim_bridge.runs.run import RunOptions, run_scenario
 from sim_bridge.scenario.scenario import Scenario, load_scenario
-from tests.emulated_pico.flight import BAUD, fly
+from tests.emulated_pico.flight import ON_A_CABLE, START_S, fly
 from tests.emulated_pico.pico import EmulatedPico, why_missing
 
 SCENARIOS = ("small-kite", "v3-flight", "paper-delay-tuned")
 CLOCKS_MHZ = (200, 125)
-ON_A_CABLE = {"LINK": "uart", "UART": 0, "UART_TX": 0, "UART_RX": 1, "UART_BAUD": BAUD, "SENSORS": "hil"}
-START_S = 20.0  # more than any start takes
 _HEAD = ("scenario", "MHz", "tick: median", "99.9 %", "worst", "latest start", "lost", "collections", "longest",
          "heap live / free", "stack", "delay", "cross-track", "of CPython's")
 _ASK_HEAP = "import gc; gc.collect(); print('heap', gc.mem_alloc(), gc.mem_free())\r\n"
