@@ -161,6 +161,17 @@ class EmulatedPico:
         """Level that the board gives to a pin; `value` is what the world outside puts on it."""
         return bool(self._ask("pin", number=number, value=value)["output"])
 
+    def encoder(self, bus: int, raw: int | None = None, status: int | None = None, answers: bool | None = None) -> None:
+        """Set what is given of the AS5600 on I2C `bus`: its raw angle (0 to 4095) and its status register.
+
+        One that does not answer, as at first, leaves its address unacknowledged.
+        """
+        self._ask("encoder", bus=bus, raw=raw, status=status, answers=answers)
+
+    def pulse_us(self, pin: int) -> float:
+        """How long the PWM on `pin` is high in each of its periods, by its registers [us]."""
+        return self._ask("pulse", pin=pin)["ns"] * 1e-3
+
     def measured(self) -> Measured:
         """What the emulator saw since the last call."""
         answer = self._ask("measured")

@@ -1,11 +1,14 @@
-// A Raspberry Pi Pico: RP2040, flash with its cache, UARTs, USB serial port, resets. Its time passes in run() only.
+// A Raspberry Pi Pico: RP2040, flash with its cache, UARTs, encoders on its I2C, USB serial port, resets. Its time passes
+// in run() only.
 
 import { ConsoleLogger, LogLevel, Simulator } from 'rp2040js';
 
+import { As5600 } from './as5600.mjs';
 import { patched } from './bootrom.mjs';
 import { Console } from './console.mjs';
 import { Flash } from './flash.mjs';
 import { FlashCache } from './flash_cache.mjs';
+import { realI2c } from './i2c.mjs';
 import { realUart } from './uart.mjs';
 
 const START = 0x10000000; // second stage of the boot, in flash
@@ -23,6 +26,7 @@ export class Board {
     this.collect = collect; // address of MicroPython's gc_collect, 0 if unknown
     this.flash = new Flash();
     this.cache = new FlashCache();
+    this.encoders = [new As5600(), new As5600()]; // one on each bus, not connected
     this.offset = 0; // time at which the board was reset last [ns]
     this.resets = [];
     this.collections = []; // [start, duration] in ns
@@ -69,6 +73,7 @@ export class Board {
     });
     this.line = realUart(mcu.uart[0], mcu);
     realUart(mcu.uart[1], mcu);
+    mcu.i2c.forEach((bus, index) => realI2c(bus, mcu, this.encoders[index]));
     this.console = new Console(mcu.usbCtrl);
     this.readThroughCache();
     this.collectingSince = null;

@@ -63,6 +63,15 @@ const requests = {
     if (value !== undefined) pin.setInputValue(value);
     return { output: pin.outputValue, enabled: pin.outputEnable };
   },
+  encoder({ bus, ...readings }) {
+    Object.assign(board.encoders[bus], readings);
+    return {};
+  },
+  pulse({ pin }) {
+    const slice = board.mcu.pwm.channels[(pin >> 1) & 7];
+    const level = pin & 1 ? slice.cc >>> 16 : slice.cc & 0xffff;
+    return { ns: (level * slice.timer.prescaler * 1e9) / board.mcu.pwm.clockFreq };
+  },
   measured() {
     return {
       collections: taken(board.collections), feeds: taken(board.feeds), resets: board.resets,
