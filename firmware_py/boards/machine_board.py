@@ -17,7 +17,7 @@ STORAGE_FOLDER = "/kitepilot"
 _BUFFER = 2048  # of the UART, each way: a tick's frames, and a burst of requests [bytes]
 _BYTES_PER_TICK = 2048  # seven long frames in 0.64 ms, with the checksum in native code: some 5 ms of a tick
 _I2C_HZ = 400000
-_I2C_TIMEOUT_US = 2000  # an encoder that hangs costs a tenth of a tick, not the flight
+_I2C_TIMEOUT_US = 1000  # a read takes 160; an encoder that holds the bus costs a tick twice this, not the flight
 _BLINK_MS = 60
 
 # A save to flash stalls a board for 0.1 s, joining a network for some tenths; a kite flies 30 deg in a second.

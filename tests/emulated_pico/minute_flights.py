@@ -19,13 +19,14 @@ from tests.emulated_pico.pico import EmulatedPico, why_missing
 
 SCENARIOS = ("small-kite", "v3-flight", "paper-delay-tuned")
 CLOCKS_MHZ = (200, 125)
-_HEAD = ("scenario", "MHz", "tick: median", "99.9 %", "worst", "latest start", "lost", "collections", "longest",
-         "heap live / free", "stack", "delay", "cross-track", "of CPython's")
+_QUANTITIES = (
+    "", "clock", "tick: median", "99.9 %", "worst", "latest start", "ticks lost", "garbage collected", "longest pause",
+    "heap live / free", "stack", "sample to steering", "cross-track", "of CPython's")
 _ASK_HEAP = "import gc; gc.collect(); print('heap', gc.mem_alloc(), gc.mem_free())\r\n"
 
 
-def minute(name: str, clock_mhz: int, seconds: float) -> str:
-    """A row of the table."""
+def minute(name: str, clock_mhz: int, seconds: float) -> tuple[str, ...]:
+    """A column of the table."""
     from tests.emulated_pico.filesystem import filesystem_of  # noqa: PLC0415  an extra's
 
     with tempfile.TemporaryDirectory() as folder:
@@ -43,12 +44,12 @@ def minute(name: str, clock_mhz: int, seconds: float) -> str:
         reference.set_text(f"link.control.delay_s={1e-3 * kept.delay:.4f}", "--set")
     here = run_scenario(reference, RunOptions()).numbers["cross_track_rms_rad"]
     there = result.numbers["cross_track_rms_rad"]
-    return _row((
-        name, f"{clock_mhz}", f"{kept.median:.1f} ms", f"{kept.p999:.1f} ms", f"{kept.worst:.1f} ms",
-        f"{kept.latest:.1f} ms", f"{kept.lost}", f"{kept.collections}, {kept.in_ticks} in a tick",
+    return (
+        name, f"{clock_mhz} MHz", f"{kept.median:.1f} ms", f"{kept.p999:.1f} ms", f"{kept.worst:.1f} ms",
+        f"{kept.latest:.1f} ms", f"{kept.lost}", f"{kept.collections} times, {kept.in_ticks} in a tick",
         f"{kept.longest_collection:.1f} ms", f"{live / 1000:.0f} / {free / 1000:.0f} KB", f"{kept.stack_bytes} bytes",
         f"{kept.delay:.1f} ms",
-        f"{there:.5f} rad", f"{there / here:.2f}"))
+        f"{there:.5f} rad", f"{there / here:.2f}")
 
 
 def _scenario(name: str, seconds: float) -> Scenario:
@@ -67,12 +68,8 @@ def _heap(pico: EmulatedPico) -> tuple[int, int]:
     return int(live), int(free)
 
 
-def _row(cells: tuple[str, ...]) -> str:
-    return f"| {' | '.join(cells)} |"
-
-
 def main() -> int:
-    """Print the table, a row as soon as it is flown."""
+    """Print the table, and before it, on stderr, each flight that has ended."""
     parser = argparse.ArgumentParser(description="A minute of flight on an emulated Pico.")
     parser.add_argument("--seconds", type=float, default=60.0, help="length of each flight (default: %(default)g)")
     parser.add_argument("--jobs", type=int, default=2, help="flights at a time (default: %(default)d)")
@@ -80,12 +77,14 @@ def main() -> int:
     if problem := why_missing():
         print(f"no emulated Pico: {problem}", file=sys.stderr)
         return 1
-    print(_row(_HEAD))
-    print(_row(("---",) * len(_HEAD)))
     clocks, names = zip(*product(CLOCKS_MHZ, SCENARIOS), strict=True)
+    columns: list[tuple[str, ...]] = [_QUANTITIES]
     with ProcessPoolExecutor(options.jobs) as pool:
-        for row in pool.map(minute, names, clocks, [options.seconds] * len(names)):
-            print(row, flush=True)
+        for column in pool.map(minute, names, clocks, [options.seconds] * len(names)):
+            print(", ".join(column), file=sys.stderr, flush=True)
+            columns.append(column)
+    rows = [f"| {' | '.join(row)} |" for row in zip(*columns, strict=True)]
+    print("\n".join([rows[0], f"|{'---|' * len(columns)}", *rows[1:]]))
     return 0
 
 
