@@ -114,12 +114,14 @@ def micropython_f32() -> str:
 @pytest.mark.parametrize("name", scenario_names())
 def test_every_scenario_flies_as_well_under_micropython_in_single_precision(name, micropython_f32):
     """In lockstep and at full length. Where the flight is unstable, rounding decides where it goes, so only how it is
-    judged is compared."""
+    judged is compared. Gusts amplify rounding; without them less is left of it than a clock kept as a float would make.
+    """
     double = fly(name).numbers
-    single = run_scenario(load_scenario(name), RunOptions("micropython", interpreter=micropython_f32)).numbers
+    scenario = load_scenario(name)
+    single = run_scenario(scenario, RunOptions("micropython", interpreter=micropython_f32)).numbers
     assert (single["verdict"], single["trouble"]) == (double["verdict"], double["trouble"])
     assert (single["ticks"], single["overruns"]) == (double["ticks"], double["overruns"])
     error, exact = single["cross_track_rms_rad"], double["cross_track_rms_rad"]
     assert error != exact  # or this was double precision
     if double["verdict"] == "tracking":
-        assert error == pytest.approx(exact, rel=0.01)
+        assert error == pytest.approx(exact, rel=0.01 if scenario.wind.turbulence_intensity else 0.0002)
