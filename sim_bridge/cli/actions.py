@@ -19,7 +19,7 @@ from sim_bridge.errors import ScenarioError
 from sim_bridge.flight.flight import Flight
 from sim_bridge.flight.judgement import MODE_UNKNOWN
 from sim_bridge.runs.hardware_in_the_loop import fly_board
-from sim_bridge.runs.run import RunOptions, RunResult, run_scenario
+from sim_bridge.runs.run import ONLY_MICROPYTHON, RunOptions, RunResult, run_scenario
 from sim_bridge.scenario.keys import KEYS
 from sim_bridge.scenario.scenario import Scenario, load_scenario, scenario_names
 from sim_bridge.studies.paper import make_paper
@@ -64,7 +64,7 @@ def run(options: Namespace) -> int:
 def hil(options: Namespace) -> int:
     """`kite-sitl hil`."""
     scenario = scenario_of(options, notice)
-    options.runtime, options.speed = "hil", 1.0
+    options.runtime, options.speed, options.interpreter = "hil", 1.0, None
     plot = _plot_path(options, scenario)
     notice("the scenario's parameters overwrite the board's; `kite-ground param save` keeps a copy of those")
     with _progress(options, scenario) as progress:
@@ -100,7 +100,7 @@ def _run_options(options: Namespace, scenario: Scenario, progress: FlightProgres
         print(f"ground stations: the kite sends to udp {ground.send_to} and listens on {ground.listen}", flush=True)
     return RunOptions(
         options.runtime, options.speed, options.ground, options.forever, Path(options.log) if options.log else None,
-        _print_status if options.status else progress, log_limit_mb=options.log_limit)
+        _print_status if options.status else progress, log_limit_mb=options.log_limit, interpreter=options.interpreter)
 
 
 def _keep(result: RunResult, options: Namespace, plot: Path | None) -> None:
@@ -140,7 +140,8 @@ def shadow(options: Namespace) -> int:
     """`kite-sitl shadow`."""
     path = Path(options.file)
     plot = plot_path(options, Path(f"{path.name.split('.')[0]}-shadow.png"))
-    result = fly_shadow(path, options.runtime, notice, Path(options.columns) if options.columns else None)
+    result = fly_shadow(path, options.runtime, notice, Path(options.columns) if options.columns else None,
+                        options.interpreter)
     numbers: dict[str, Any] = dict(result.numbers)
     if plot:
         save_plot(plot_shadow(result, path.name), plot)
@@ -165,6 +166,8 @@ def bench(options: Namespace) -> int:
     """`kite-sitl bench`."""
     if options.runtime == "micropython":
         return _bench_micropython(options)
+    if options.interpreter:
+        raise ScenarioError(ONLY_MICROPYTHON)
     numbers = measure_speed(options.scenario or "paper-delay-tuned", options.duration or 60.0, notice)
     if options.json:
         print(json.dumps(numbers))
@@ -175,13 +178,15 @@ def bench(options: Namespace) -> int:
 
 
 def _bench_micropython(options: Namespace) -> int:
-    numbers = bench_micropython(load_scenario(options.scenario or "small-kite"), options.duration or 600.0)
+    numbers = bench_micropython(load_scenario(options.scenario or "small-kite"), options.duration or 600.0,
+                                options.interpreter)
     if options.json:
         print(json.dumps(numbers))
         return 0
     print(f"{numbers['scenario']} under MicroPython, {numbers['ticks']} ticks in flight with telemetry:")
-    print(f"  a tick: {numbers['bytes_per_tick']:.0f} bytes, {numbers['bytes_per_tick_worst']} worst (half on a "
-          f"board); {numbers['us_per_tick']:.0f} us, {numbers['us_per_tick_worst']} worst, on this machine")
+    half = " (half on a board)" if numbers["word_bytes"] == 8 else ""
+    print(f"  a tick: {numbers['bytes_per_tick']:.0f} bytes, {numbers['bytes_per_tick_worst']} worst{half}; "
+          f"{numbers['us_per_tick']:.0f} us, {numbers['us_per_tick_worst']} worst, on this machine")
     print(f"  at most {numbers['float_results_worst_at_most']:.0f} float results (docs/boards.md: a tick on a board)")
     print(f"  heap: {numbers['free_after_import']} bytes free after import; {numbers['free_lost_bytes']} lost flying")
     print(f"  collector: {numbers['collector_pause_worst_us']} us worst, on this machine; "

@@ -18,7 +18,7 @@ from sim_bridge.cli.boards import add_board_verbs
 from sim_bridge.cli.design import add_design_verb
 from sim_bridge.cli.identify import add_identify_verb
 from sim_bridge.cli.notes import DISK_TROUBLE
-from sim_bridge.cli.option_types import not_negative, positive
+from sim_bridge.cli.option_types import add_interpreter_option, not_negative, positive
 from sim_bridge.cli.plot_option import add_plot_option, leave_words_to_others
 from sim_bridge.cli.rerun import add_rerun_verb
 from sim_bridge.cli.sweep import add_sweep_verb
@@ -62,12 +62,14 @@ def _parser() -> argparse.ArgumentParser:
     shadow.add_argument("--columns", metavar="FILE.toml", help="what the columns of FILE mean "
                         "(docs/flight-files.md; default: those of the public V3 flight)")
     shadow.add_argument("--runtime", choices=RUNTIMES, default="cpython", help="default: cpython")
+    add_interpreter_option(shadow)
     add_plot_option(shadow, "plot the firmware's turning angle and the recorded one", "NAME-shadow.png here")
     shadow.set_defaults(do=actions.shadow)
 
     bench = verbs.add_parser("bench", help="measure the speed of the loop on this machine")
     bench.add_argument("--runtime", choices=("inproc", "micropython"), default="inproc",
                        help="inproc: simulation speed; micropython: memory and time of a tick (default: inproc)")
+    add_interpreter_option(bench)
     bench.add_argument("--scenario", metavar="NAME",
                        help="scenario to fly (default: paper-delay-tuned; small-kite for micropython)")
     bench.add_argument("--duration", type=positive, metavar="S",
@@ -93,10 +95,12 @@ def _add_run(verbs: Any) -> None:
         "  kite-sitl run paper-delay --json\n"
         "  kite-sitl run paper-delay --param INNER_P=1.84 --plot\n"
         "  kite-sitl run small-kite --set link.control.jitter_s=0.03 --set link.control.loss=0.05 --seed 7\n"
+        "  kite-sitl run small-kite --runtime micropython --interpreter ./micropython-f32\n"
         "  kite-sitl run v3-flight --runtime cpython --speed 1 --ground --status --forever")
     run.add_argument("--runtime", choices=RUNTIMES,
                      help="where the firmware runs: in this process, or in its own "
                      "(default: inproc; with --ground cpython)")
+    add_interpreter_option(run)
     run.add_argument("--speed", type=_speed, default=float("inf"), metavar="max|N",
                      help="max: as fast as it goes, in lockstep; N: N times real time; "
                      "1 in its own process: real time, on the firmware's own clock (default: max)")

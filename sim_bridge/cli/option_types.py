@@ -1,6 +1,6 @@
-"""Number types for options, with error messages."""
+"""Number types for options, with error messages, and an option of several verbs."""
 
-from argparse import ArgumentTypeError
+from argparse import ArgumentParser, ArgumentTypeError
 
 
 def number(text: str) -> float:
@@ -32,3 +32,10 @@ def count(text: str) -> int:
     if not text.isdigit() or int(text) < 1:
         raise ArgumentTypeError(f"{text} is not a positive whole number")
     return int(text)
+
+
+def add_interpreter_option(verb: ArgumentParser, default: str = "the one beside Python") -> None:
+    """Add `--interpreter`, for verbs that fly with the runtime `micropython`."""
+    verb.add_argument("--interpreter", metavar="PATH",
+                      help="the MicroPython of --runtime micropython, such as a build with single-precision floats "
+                      f"(docs/boards.md; default: {default})")

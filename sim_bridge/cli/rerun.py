@@ -8,9 +8,10 @@ from typing import Any, NamedTuple
 
 from sim_bridge.cli.actions import report
 from sim_bridge.cli.notes import notice
+from sim_bridge.cli.option_types import add_interpreter_option
 from sim_bridge.errors import ScenarioError
 from sim_bridge.flight.truth_columns import COLUMNS, TruthRow
-from sim_bridge.runs.provenance import differences, scenario_as_logged
+from sim_bridge.runs.provenance import differences, interpreter_as_logged, scenario_as_logged
 from sim_bridge.runs.reader import LoggedTruth, read_about, read_input
 from sim_bridge.runs.run import RecordedGround, RunOptions, run_scenario
 
@@ -37,6 +38,7 @@ def add_rerun_verb(verbs: Any) -> None:
     verb = verbs.add_parser("rerun", help="fly a logged run again and compare it to the bit",
                             description=_DESCRIPTION, formatter_class=RawDescriptionHelpFormatter)
     verb.add_argument("folder", metavar="DIR", help="a folder that `run --log` wrote")
+    add_interpreter_option(verb, "the logged one, while it is there")
     verb.add_argument("--json", action="store_true", help="print JSON for a script")
     verb.set_defaults(do=rerun)
 
@@ -53,11 +55,13 @@ def rerun(options: Namespace) -> int:
     truth = LoggedTruth(folder)
     datagrams, known_before = read_input(folder, about)
     span = _span(folder, about, truth, known_before, period_s)
-    others = differences(about)
+    interpreter, others = interpreter_as_logged(about, options.interpreter, folder)
+    others = differences(about) + others
     for other in others:
         notice(other)
     recorded = RecordedGround(datagrams, period_s) if datagrams else None
-    result = run_scenario(scenario, RunOptions(about["runtime"], until_s=span.until_s), recorded, notice=notice)
+    again = RunOptions(about["runtime"], until_s=span.until_s, interpreter=interpreter)
+    result = run_scenario(scenario, again, recorded, notice=notice)
     difference = _first_difference(truth, span.rows, result.flight.rows)
     if options.json:
         print(json.dumps(result.numbers | {"same": difference is None, "difference": difference,

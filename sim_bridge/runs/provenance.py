@@ -8,6 +8,7 @@ from typing import Any
 from protocol.parameter_table import load_parameters
 from sim_bridge.errors import ScenarioError
 from sim_bridge.runs.fingerprint import code_fingerprints, fingerprint, versions
+from sim_bridge.runtimes.interpreter import Interpreter, find_interpreter, micropython_command
 from sim_bridge.scenario.keys import KEYS
 from sim_bridge.scenario.scenario import Scenario
 
@@ -52,6 +53,27 @@ def scenario_as_logged(about: dict[str, Any], folder: Path) -> Scenario:
     if scenario.wind.file:
         _take_wind(scenario, about.get("wind_file"), folder)
     return scenario
+
+
+def interpreter_as_logged(about: dict[str, Any], given: str | None, folder: Path) -> tuple[str | None, list[str]]:
+    """Path of the MicroPython that flies a run.json again, and how it differs from the logged one, in words.
+
+    It is the one `given`, else the logged one, else the one beside Python if its floats are as wide.
+
+    Raises:
+        ScenarioError: there is none with floats as wide.
+        FirmwareError: the one that is there cannot be run.
+    """
+    logged = about.get("interpreter")
+    if not logged:
+        return given, []
+    was = Interpreter(**{field: logged.get(field) for field in Interpreter._fields})
+    path = given or (was.path if Path(was.path).exists() else None)
+    here = find_interpreter(path) if path or micropython_command() else None
+    if given is None and was.float_bits != (here.float_bits if here else 64):
+        raise ScenarioError(f"{folder}: flown by {was}, which is not at {was.path} now: "
+                            "tell where one is by --interpreter PATH")
+    return path, [f"flown by {was}, now by {here}"] if here and str(here) != str(was) else []
 
 
 def differences(about: dict[str, Any]) -> list[str]:

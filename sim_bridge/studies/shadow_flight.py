@@ -63,10 +63,10 @@ def shadow_scenario(data: FlightRecord) -> Scenario:
 
 
 def fly_shadow(path: Path, runtime_name: str, notice: Callable[[str], None],
-               columns: Path | None = None) -> ShadowFlight:
+               columns: Path | None = None, interpreter: str | None = None) -> ShadowFlight:
     """Fly the firmware as the shadow of the flight in `path`.
 
-    `columns` describes the file's columns (default: those of the public flight).
+    `columns` describes the file's columns (default: those of the public flight), `interpreter`: see RunOptions.
 
     Raises:
         FlightDataError: the file is not a flight.
@@ -74,7 +74,7 @@ def fly_shadow(path: Path, runtime_name: str, notice: Callable[[str], None],
     """
     data = read_flight(path, columns)
     scenario = shadow_scenario(data)
-    runtime = make_runtime(runtime_name, False, False, notice)
+    runtime = make_runtime(runtime_name, False, False, notice, interpreter)
     period_s = 1.0 / scenario.parameter("LOOP_HZ")
     preflight = Preflight(scenario)
     said: list[tuple[float, float, float]] = []

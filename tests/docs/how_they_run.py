@@ -22,6 +22,13 @@ NOT_RUN = {
     "make emulated-pico PICO_IMAGE=RPI_PICO-v1.28.0.uf2": "needs that image, and a quarter of an hour",
     "make lint type test": "runs this very test",
     "kite-sitl hil --link serial:/dev/ttyUSB0:115200 small-kite --status": "needs a board (test_hil.py has one)",
+    "git clone --depth 1 --branch v1.28.0 https://github.com/micropython/micropython": "needs a network",
+    "make -C micropython/ports/unix BUILD=build-f32 CFLAGS_EXTRA=-DMICROPY_FLOAT_IMPL=MICROPY_FLOAT_IMPL_FLOAT "
+    "FROZEN_MANIFEST= MICROPY_PY_BTREE=0 MICROPY_PY_SSL=0 MICROPY_PY_FFI=0": "needs the clone",
+    "kite-sitl run small-kite --runtime micropython --interpreter micropython/ports/unix/build-f32/micropython":
+        "needs that build; test_interpreter.py flies with others",
+    "MICROPYTHON_F32=micropython/ports/unix/build-f32/micropython pytest tests/sim_bridge/test_single_precision.py":
+        "needs that build; CI runs the same with one, where it has one",
     "kite-sitl identify ours.csv --columns ours.toml": "the reader's own flight; test_flight_record.py reads such ones",
     "kite-sitl shadow ours.csv --columns ours.toml": "the reader's own flight; test_shadow.py has another team's",
     "kite-ground replay DIR/ground.tlog": "no ground station was there in this flight",

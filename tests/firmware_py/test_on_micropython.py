@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from sim_bridge.runtimes.process import micropython_command
+from sim_bridge.runtimes.interpreter import micropython_command
 
 HERE = Path(__file__).parent
 ROOT = HERE.parent.parent

@@ -23,7 +23,8 @@ from sim_bridge.runs.hardware_in_the_loop import board_report, delay_problem, fl
 from sim_bridge.runs.run import RunOptions
 from sim_bridge.runtimes.inproc import InprocRuntime
 from sim_bridge.runtimes.interface import clock_us
-from sim_bridge.runtimes.process import micropython_and_firmware, micropython_command
+from sim_bridge.runtimes.interpreter import find_interpreter, micropython_command
+from sim_bridge.runtimes.process import micropython_and_firmware
 from sim_bridge.scenario.scenario import load_scenario
 
 BAUD = 115200
@@ -102,7 +103,7 @@ def cable(tmp_path):
 def firmware_on(device, interpreter, host="serial"):
     command, folder = [sys.executable], Path(firmware_py.__file__).parent.parent
     if interpreter == "micropython":
-        command, folder = micropython_and_firmware()
+        command, folder = micropython_and_firmware(find_interpreter())
     return subprocess.Popen([*command, "-m", "firmware_py.main", host, device, "realtime"], cwd=folder)
 
 

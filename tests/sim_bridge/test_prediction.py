@@ -15,7 +15,7 @@ from sim_bridge.flight.flight import Flight
 from sim_bridge.flight.truth_columns import COLUMNS
 from sim_bridge.runs.run import RunOptions, run_scenario
 from sim_bridge.runtimes.inproc import InprocRuntime
-from sim_bridge.runtimes.process import micropython_command
+from sim_bridge.runtimes.interpreter import micropython_command
 from sim_bridge.scenario.scenario import Scenario, load_scenario
 from tests.firmware_py.firmware_bench import NAMES
 

@@ -29,7 +29,7 @@ def test_in_real_time_the_firmware_flies_on_its_own_clock():
 
 
 def test_a_firmware_that_dies_in_flight_is_noticed():
-    runtime = ProcessRuntime("cpython")
+    runtime = ProcessRuntime()
     flight = Flight(load_scenario("paper-no-delay"), runtime)
     try:
         runtime.start()
@@ -44,7 +44,7 @@ def test_a_firmware_that_dies_in_flight_is_noticed():
 
 
 def test_a_firmware_that_cannot_start_says_its_last_words(monkeypatch):
-    runtime = ProcessRuntime("cpython")
+    runtime = ProcessRuntime()
     monkeypatch.setattr(runtime, "_command", [*runtime._command, "-c", "raise SystemExit('no board here')"])
     try:
         with pytest.raises(FirmwareError, match="ended when it was started: no board here"):
@@ -54,7 +54,7 @@ def test_a_firmware_that_cannot_start_says_its_last_words(monkeypatch):
 
 
 def test_a_bridge_that_was_suspended_hears_what_the_firmware_said_meanwhile():
-    runtime = ProcessRuntime("cpython")
+    runtime = ProcessRuntime()
     try:
         runtime.start()
         runtime._send(BridgeCodec().encode(dialect.MAVLINK_MSG_ID_KITE_TICK, (1, 0)))
@@ -65,7 +65,7 @@ def test_a_bridge_that_was_suspended_hears_what_the_firmware_said_meanwhile():
 
 
 def test_a_firmware_whose_bridge_is_gone_does_not_disturb_the_next_on_its_port():
-    runtime = ProcessRuntime("cpython")
+    runtime = ProcessRuntime()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as left_over:
         codec = BridgeCodec()
         heartbeat = codec.encode_message(dialect.MAVLink_heartbeat_message(0, 0, 0, 0, 0, 3))

@@ -1,10 +1,12 @@
-"""The firmware in single precision, as boards compute: the paper's verdicts hold, and so does the tracking.
+"""The firmware in single precision, as boards compute: the verdicts hold, and so does the tracking.
 
-Samples, parameters and the results of all mathematical functions become numpy's float32, which keeps every sum and
-product of them in single precision too; what is stored is rounded on top of that.
+In this process: samples, parameters and the results of all mathematical functions become numpy's float32, which keeps
+every sum and product of them in single precision too; what is stored is rounded on top of that. And every scenario
+under a MicroPython built with single-precision floats, where there is one.
 """
 
 import math
+import os
 
 import numpy as np
 import pytest
@@ -16,7 +18,8 @@ from firmware_py.parameters.values import Parameters
 from firmware_py.prediction import body_rotation, drift, prediction, steering_history
 from sim_bridge.runs.run import RunOptions, run_scenario
 from sim_bridge.runtimes import inproc
-from sim_bridge.scenario.scenario import load_scenario
+from sim_bridge.runtimes.interpreter import find_interpreter
+from sim_bridge.scenario.scenario import load_scenario, scenario_names
 
 MODULES = (
     estimator, guidance, sphere, steering, figure_eight, prediction, drift, body_rotation, steering_history,
@@ -96,3 +99,29 @@ def test_prediction_survives_single_precision(name, single_precision):
     assert {type(value).__name__ for value in values} == {"float32"}
     assert result.numbers["cross_track_rms_rad"] < 0.003
     assert autopilot.turn_k.value == pytest.approx(scenario.values["plant.turn_k"], rel=0.01)
+
+
+@pytest.fixture(scope="module")
+def micropython_f32() -> str:
+    """Path of a MicroPython with single-precision floats; a wrong one is an error, none skips."""
+    path = os.environ.get("MICROPYTHON_F32")
+    if not path:
+        pytest.skip("no MicroPython in single precision: set MICROPYTHON_F32 to one, built as docs/boards.md shows")
+    assert find_interpreter(path).float_bits == 32, f"MICROPYTHON_F32={path}: {find_interpreter(path)}"
+    return path
+
+
+@pytest.mark.parametrize("name", scenario_names())
+def test_every_scenario_flies_as_well_under_micropython_in_single_precision(name, micropython_f32):
+    """In lockstep and at full length. Where the flight is unstable, rounding decides where it goes, so only how it is
+    judged is compared. Gusts amplify rounding; without them less is left of it than a clock kept as a float would make.
+    """
+    double = fly(name).numbers
+    scenario = load_scenario(name)
+    single = run_scenario(scenario, RunOptions("micropython", interpreter=micropython_f32)).numbers
+    assert (single["verdict"], single["trouble"]) == (double["verdict"], double["trouble"])
+    assert (single["ticks"], single["overruns"]) == (double["ticks"], double["overruns"])
+    error, exact = single["cross_track_rms_rad"], double["cross_track_rms_rad"]
+    assert error != exact  # or this was double precision
+    if double["verdict"] == "tracking":
+        assert error == pytest.approx(exact, rel=0.01 if scenario.wind.turbulence_intensity else 0.0002)
