@@ -1,7 +1,7 @@
 """How the loop keeps its beat on a board's own clock: for telemetry, and so that none is armed that does not."""
 
 _BLOCK = 50  # ticks that are counted together
-_MOST = 5  # of the last one to two blocks that may have been lost or too long
+_MOST = 10  # of the last one to two blocks that may have been lost or too long
 
 
 class Timing:

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from sim_bridge.boards.image import lay_out
 from sim_bridge.runs.run import RunOptions, run_scenario
+from sim_bridge.runtimes.interface import FirmwareError
 from sim_bridge.scenario.scenario import Scenario, load_scenario
 from tests.emulated_pico.flight import ON_A_CABLE, START_S, fly
 from tests.emulated_pico.pico import EmulatedPico, why_missing
@@ -37,6 +38,8 @@ def minute(name: str, clock_mhz: int, seconds: float) -> tuple[str, ...]:
         pico.run(0.5)
         result, kept = fly(pico, _scenario(name, seconds))
         live, free = _heap(pico)
+    except FirmwareError as error:
+        return (name, f"{clock_mhz} MHz", str(error), *[""] * (len(_QUANTITIES) - 3))
     finally:
         pico.close()
     reference = _scenario(name, seconds)  # with the delay that was flown, where the board's own is the longer one
