@@ -18,6 +18,7 @@ MENTIONS = ("make flash", *(f"kite-sitl {verb}" for verb in (
 NOT_RUN = {
     "make test": "runs this very test",
     "make mutants": "most of an hour",
+    "make emulated-pico": "needs MicroPython's image, and a quarter of an hour",
     "make emulated-pico PICO_IMAGE=RPI_PICO-v1.28.0.uf2": "needs that image, and a quarter of an hour",
     "make lint type test": "runs this very test",
     "kite-sitl hil --link serial:/dev/ttyUSB0:115200 small-kite --status": "needs a board (test_hil.py has one)",
