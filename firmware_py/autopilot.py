@@ -61,7 +61,7 @@ class Autopilot:
         self.target_course = 0.0
         self.period_us = 20000
         flags = HIL_ACTUATOR_CONTROLS_FLAGS_LOCKSTEP if lockstep else 0
-        self._controls = [0, flags] + [0.0] * 16 + [0]  # kept, as making it anew costs a board half a millisecond
+        self._controls = [0, flags] + [0.0] * 16 + [0]  # kept: a board looks long for the place of a new one
         self._uptime_us = 0  # does not wrap
         self._last_tick = None
         self._elapsed_us = 0  # between the last two ticks

@@ -170,6 +170,27 @@ def test_a_lost_sample_is_bridged_by_a_longer_way():
         (theirs.frame.x, theirs.frame.y, theirs.frame.z), abs=2e-5)
 
 
+@pytest.mark.parametrize("late_us", [0, 8000, 16000])
+def test_a_tick_that_begins_late_is_one_of_the_beat_whose_steering_is_held_for_less(late_us):
+    """The steering before it acts until it ends, and its own for the rest of the period: half of that is the end.
+
+    The sample is no older for it: the usual age stays that of the beat.
+    """
+    sky = Sky((0.3, 0.7, 1.0), (0.3, 18.0, 40.0), 0.2, 4.0)
+    for tick in range(60):
+        sky.tick(0.5 * math.sin(0.1 * tick))
+        sky.see()
+    sky.prediction.update(sky.kite, sky.now, sky.turn_k, late_us)
+    assert sky.prediction.horizon_us == 200000
+    frame = sky.prediction.frame
+    for steering in sky.asked[len(sky.asked) - sky.delay :]:
+        sky.fly(steering)
+    sky.fly(sky.asked[-1], 0.5 + 0.5 * late_us / 20000)
+    truth = sky.plant.truth()
+    assert (frame.x, frame.y, frame.z) == pytest.approx(truth.position, abs=5e-5)
+    assert sky.prediction.course == pytest.approx(truth.course, abs=2e-4)
+
+
 @settings(deadline=None, max_examples=30)
 @given(st.integers(0, MASK), st.integers(0, 100000))
 def test_clocks_need_not_agree(offset, usual_us):

@@ -23,7 +23,8 @@ MASK = (1 << 30) - 1
 class Board:
     """Time passes while the loop waits. `at` are (time [s], call), `to_firmware` what arrives, a datagram each."""
 
-    sensors = actuator = None
+    sensors = None
+    actuator: Any = None
     bytes_per_tick = 2048
     datagrams = True
 
@@ -193,3 +194,77 @@ def test_the_tick_that_writes_flash_spoils_no_statistics():
     assert autopilot.timing.overruns == 0
     assert autopilot.timing.worst_us < PERIOD_US
     assert autopilot.timing.latest_us < PERIOD_US
+
+
+class Kite:
+    """A ground station and a kite on a Board: a sample each 20 ms of the board's time, and commands by name."""
+
+    def __init__(self, board: Board, codec: BridgeCodec):
+        self._board, self._codec = board, codec
+        self._sent = 0
+
+    def sample(self) -> None:
+        self._sent += 1
+        told = sample(self._sent * PERIOD_US, azimuth=0.1 + 1e-4 * self._sent)
+        self._board.to_firmware.append(self._codec.encode(dialect.MAVLINK_MSG_ID_KITE_SENSORS, told))
+
+    def arm(self, wanted: float) -> None:
+        self._board.to_firmware.append(self._codec.encode_message(dialect.MAVLink_command_long_message(
+            1, 1, dialect.MAV_CMD_COMPONENT_ARM_DISARM, 0, wanted, 0, 0, 0, 0, 0, 0)))
+
+
+def flying(seconds: float, **commands: float) -> Board:
+    """A board with a kite for so long, and when it is to `arm` and `disarm` [s]."""
+    board = Board()
+    kite = Kite(board, BridgeCodec())
+    board.at = sorted(
+        [(0.02 * tick + 0.01, kite.sample) for tick in range(round(50 * seconds))]
+        + [(time_s, lambda word=word: kite.arm(float(word == "arm"))) for word, time_s in commands.items()],
+        key=lambda entry: entry[0])
+    board.end_us = round(seconds * SECOND)
+    return board
+
+
+def test_late_ticks_change_neither_the_age_of_samples_nor_the_way_to_predict():
+    """One tick in eight begins 8 ms late: the beat stays, and a sample is one dead time away in each of its ticks."""
+    board = flying(6.0, arm=1.0)
+    autopilot = Autopilot(MavlinkLink(board))
+    autopilot.parameters.set(NAMES.index(b"PRED_DELAY"), 0.2)
+    board.at = sorted(board.at + [(2.0 + 0.16 * index, lambda: board.stand_still(0.008)) for index in range(25)],
+                      key=lambda entry: entry[0])
+    horizons = []
+    board.watchdog = SimpleNamespace(
+        feed=lambda: horizons.append(autopilot.prediction.horizon_us) if board.passed_us > 3 * SECOND else None)
+    run_real_time(autopilot, board)
+    assert autopilot.modes.armed() and autopilot.timing.latest_us > 7000
+    assert len(horizons) > 140
+    assert horizons == pytest.approx([200_000] * len(horizons), abs=500)
+
+
+def test_steering_leaves_before_what_is_answered_and_told():
+    board = flying(3.0, arm=1.0)
+    written: list[list[str]] = []
+    write, parser = board.write, dialect.MAVLink(None)
+
+    def watched(data: memoryview) -> None:
+        written.append([message.get_type() for message in parser.parse_buffer(bytes(data)) or []])
+        write(data)
+
+    board.write = watched  # type: ignore[method-assign]
+    run_real_time(Autopilot(MavlinkLink(board)), board)
+    steering = [kinds for kinds in written if "HIL_ACTUATOR_CONTROLS" in kinds]
+    assert len(steering) >= 148
+    assert all(kinds == ["HIL_ACTUATOR_CONTROLS"] for kinds in steering)
+    assert any("KITE_STATE" in kinds for kinds in written)
+
+
+def test_a_disarmed_servo_is_neutral_before_its_tick_ends():
+    board = flying(4.0, arm=1.0, disarm=3.0)
+    servo: list[bool] = []
+    board.actuator = SimpleNamespace(write=lambda steering, armed: servo.append(armed))
+    autopilot = Autopilot(MavlinkLink(board))
+    ended: list[tuple[bool, bool]] = []
+    board.watchdog = SimpleNamespace(feed=lambda: ended.append((servo[-1], autopilot.modes.armed())))
+    run_real_time(autopilot, board)
+    assert {armed for armed, _ in ended} == {True, False}
+    assert all(shown == armed for shown, armed in ended)
