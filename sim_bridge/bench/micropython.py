@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from sim_bridge.boards.image import ARCHITECTURES, lay_out
+from sim_bridge.errors import ScenarioError
 from sim_bridge.flight.flight import Flight
 from sim_bridge.links.wire import is_tick
 from sim_bridge.runtimes.interface import FirmwareError
@@ -44,7 +45,10 @@ def bench_micropython(scenario: Scenario, duration_s: float, interpreter: str | 
 
     Raises:
         FirmwareError: there is no MicroPython, or it failed.
+        ScenarioError: `duration_s` ends before what is measured begins.
     """
+    if duration_s <= _TRACKING_AFTER_S:
+        raise ScenarioError(f"--duration {duration_s:g}: what is measured begins at {_TRACKING_AFTER_S:g} s")
     command, folder = micropython_and_firmware(find_interpreter(interpreter))
     with tempfile.TemporaryDirectory() as name:
         path = Path(name) / "ticks"

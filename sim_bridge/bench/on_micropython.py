@@ -80,7 +80,8 @@ def main(name, first):
             free.append(gc.mem_free())
     count = tick - first
     result.update({
-        "word_bytes": 4 if sys.maxsize < 1 << 32 else 8, "ticks": count, "mode": autopilot.modes.mode, "bytes_per_tick": total_bytes / count,
+        "word_bytes": 4 if sys.maxsize < 1 << 32 else 8, "ticks": count, "mode": autopilot.modes.mode,
+        "bytes_per_tick": total_bytes / count,
         "bytes_per_tick_worst": worst_bytes, "us_per_tick": total_us / count, "us_per_tick_worst": worst_us,
         "collector_pause_worst_us": worst_pause, "free_by_minute": free,
     })

@@ -26,6 +26,15 @@ class _Edit(NamedTuple):
     text: str
 
 
+def imported_module(importer: str, node: ast.ImportFrom, is_package: bool = False) -> str:
+    """Full name of the module that `node` imports from, in the module `importer` or, if `is_package`, its own file."""
+    if not node.level:
+        return node.module or ""
+    parts = importer.split(".")
+    package = parts[: len(parts) - node.level + is_package]
+    return ".".join([*package, *([node.module] if node.module else [])])
+
+
 class _Module:
     """A source file: its constants by name, and where they are set."""
 
@@ -36,7 +45,7 @@ class _Module:
         self.constants: dict[str, Number] = {}
         self.definitions: dict[str, ast.Assign] = {}
         self.imports = [node for node in self.tree.body if isinstance(node, ast.ImportFrom)]
-        self._package = name if is_package else name.rpartition(".")[0]
+        self._is_package = is_package
         self._bound = Counter(_bound_names(self.tree))
         self._in_texts = {
             name.id for text in ast.walk(self.tree) if isinstance(text, ast.JoinedStr)
@@ -44,10 +53,7 @@ class _Module:
 
     def source_of(self, node: ast.ImportFrom) -> str:
         """Full name of the module that an import statement names."""
-        if not node.level:
-            return node.module or ""
-        package = self._package.split(".")[: len(self._package.split(".")) - node.level + 1]
-        return ".".join([*package, *([node.module] if node.module else [])])
+        return imported_module(self.name, node, self._is_package)
 
     def may_be_constant(self, name: str) -> bool:
         """True for a name that is bound once, and not used where no number can be put in."""

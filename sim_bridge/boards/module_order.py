@@ -7,6 +7,7 @@ import ast
 from collections.abc import Iterator
 from pathlib import Path
 
+from sim_bridge.boards.constants import imported_module
 from sim_bridge.boards.image import PACKAGE, firmware_files, module_name
 
 TARGET = Path(__file__).parent.parent.parent / PACKAGE / "generated_module_order.py"
@@ -44,8 +45,7 @@ def _imports(name: str, path: Path) -> Iterator[str]:
     """Full names of what the module `name` imports from the package, and of the names that it takes from there."""
     for node in ast.parse(path.read_text("utf-8")).body:
         if isinstance(node, ast.ImportFrom) and node.level:
-            base = name.split(".")[: -node.level]
-            source = ".".join([*base, *([node.module] if node.module else [])])
+            source = imported_module(name, node)
             yield source
             yield from (f"{source}.{alias.name}" for alias in node.names)
 
