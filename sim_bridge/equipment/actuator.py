@@ -1,20 +1,9 @@
 """The steering actuator: dead time, saturation, rate limit, first-order lag, solved exactly between commands."""
 
 from collections import deque
-from dataclasses import dataclass
 from math import exp
 
-from sim_bridge.settings import Settings, number
-
-
-@dataclass(frozen=True, kw_only=True)
-class ActuatorSettings(Settings):
-    """The scenario's section `actuator`; by default it does what is asked at once."""
-
-    dead_time_s: float = number(0.0, "dead time from command to actual steering [s]", 0.0, 5.0)
-    rate_limit_per_s: float = number(0.0, "maximum rate of the steering [1/s]; 0 is no limit", 0.0, 1000.0)
-    saturation: float = number(0.0, "maximum steering to either side; 0 is no limit", 0.0, 10.0)
-    lag_s: float = number(0.0, "time constant of a first-order lag [s]; 0 is none", 0.0, 5.0)
+from sim_bridge.equipment.actuator_settings import ActuatorSettings
 
 
 class Actuator:

@@ -16,8 +16,9 @@ from sim_bridge.flight.plant_choice import make_plant
 from sim_bridge.flight.preflight import PREFLIGHT_TICKS, Preflight
 from sim_bridge.flight.start_state import lead_in, start_position
 from sim_bridge.flight.truth_columns import COLUMNS, TruthRow
-from sim_bridge.links.emulation import LinkDirection, patience_s, without
+from sim_bridge.links.emulation import LinkDirection
 from sim_bridge.links.ground_path import GroundLink
+from sim_bridge.links.link_settings import patience_s, without
 from sim_bridge.links.wire import STEERING_BYTES
 from sim_bridge.plants.interface import Truth
 from sim_bridge.runtimes.interface import Runtime, TickOutput, clock_us

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 from protocol.frame import MARKER_2
 from sim_bridge.errors import ScenarioError
-from sim_bridge.links.emulation import LinkDirection, PathSettings
+from sim_bridge.links.emulation import LinkDirection
+from sim_bridge.links.link_settings import PathSettings
 from sim_bridge.links.wire import carries_control
 from sim_bridge.settings import Settings, words
 

@@ -4,10 +4,10 @@ One table serves the reading of TOML files, `--set`, and `kite-sitl keys`. It is
 flight have their settings in: a section is a type, and its keys are the type's fields.
 """
 
-from sim_bridge.equipment.actuator import ActuatorSettings
-from sim_bridge.equipment.sensors import SensorSettings
-from sim_bridge.links.emulation import LinkSettings
+from sim_bridge.equipment.actuator_settings import ActuatorSettings
+from sim_bridge.equipment.sensor_settings import SensorSettings
 from sim_bridge.links.ground_path import GroundSettings
+from sim_bridge.links.link_settings import LinkSettings
 from sim_bridge.plants.four_point_settings import FourPointFrame, FourPointSettings
 from sim_bridge.plants.kite_settings import KiteSettings, OnePointSettings
 from sim_bridge.plants.tether_settings import TetherSettings

@@ -15,7 +15,8 @@ from firmware_py.estimation.estimator import Estimator
 from firmware_py.prediction.prediction import Prediction
 from firmware_py.prediction.steering_history import SteeringHistory
 from protocol.parameter_table import load_parameters
-from sim_bridge.equipment.actuator import Actuator, ActuatorSettings
+from sim_bridge.equipment.actuator import Actuator
+from sim_bridge.equipment.actuator_settings import ActuatorSettings
 from sim_bridge.plants.turning_rate import TurningRatePlant
 from sim_bridge.plants.turning_rate_settings import TurningRateSettings
 from sim_bridge.wind.air import Air

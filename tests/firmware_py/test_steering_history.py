@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firmware_py.prediction.steering_history import ONE, ROOM, SteeringHistory
-from sim_bridge.equipment.actuator import Actuator, ActuatorSettings
+from sim_bridge.equipment.actuator import Actuator
+from sim_bridge.equipment.actuator_settings import ActuatorSettings
 
 PERIOD_S = 0.02
 FINE = 200  # steps in a tick, for the reference's integrals

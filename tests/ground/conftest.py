@@ -10,8 +10,8 @@ from ground.session import Session
 from protocol import dialect
 from protocol.parameter_table import load_parameters
 from sim_bridge.flight.flight import Flight
-from sim_bridge.links.emulation import LinkSettings, PathSettings
 from sim_bridge.links.ground_path import GroundLink
+from sim_bridge.links.link_settings import LinkSettings, PathSettings
 from sim_bridge.runtimes.interface import TickOutput, clock_us
 from sim_bridge.runtimes.memory import MemoryRuntime
 from sim_bridge.scenario.scenario import Scenario, load_scenario

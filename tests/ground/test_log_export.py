@@ -13,7 +13,7 @@ from ground.logs.reader import MessageLog, read_message_log
 from kite_analysis.flights.tlog import TlogWriter
 from protocol import dialect
 from protocol.clock import counted_on
-from sim_bridge.links.emulation import LinkSettings
+from sim_bridge.links.link_settings import LinkSettings
 from tests.ground.recorded_flights import record
 
 WRAP_US = 1 << 30

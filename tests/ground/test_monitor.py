@@ -12,7 +12,7 @@ import pytest
 from ground.cli.monitor import monitor
 from ground.cli.monitor_view import screen
 from ground.health import Advisor
-from sim_bridge.links.emulation import LinkSettings
+from sim_bridge.links.link_settings import LinkSettings
 
 
 def fly(session, seconds: float) -> None:

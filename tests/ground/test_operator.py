@@ -15,7 +15,7 @@ from kite_analysis.delay.inner_loop import optimal_gain, stability_limit
 from kite_analysis.flights.tlog import read_tlog
 from protocol import dialect
 from protocol.parameter_table import float32, load_parameters
-from sim_bridge.links.emulation import LinkSettings
+from sim_bridge.links.link_settings import LinkSettings
 
 
 def test_look_change_save_and_go_back(operator, tmp_path):

@@ -6,7 +6,7 @@ from ground.errors import NoAnswerError
 from ground.link.framing import Message
 from ground.session import Session
 from protocol import dialect
-from sim_bridge.links.emulation import LinkSettings
+from sim_bridge.links.link_settings import LinkSettings
 
 FAST, SLOW = LinkSettings(delay_s=0.02), LinkSettings(delay_s=0.5)
 

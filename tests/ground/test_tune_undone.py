@@ -11,7 +11,7 @@ from ground.cli.terminal import tell
 from ground.errors import GroundError, VehicleError
 from ground.tuning.trial import Trial
 from protocol import dialect
-from sim_bridge.links.emulation import LinkSettings
+from sim_bridge.links.link_settings import LinkSettings
 
 GAIN, OLD = "INNER_P", 1.0
 STEP = ("tune", "--delay", "0.2", "--duration", "5", "--step", "+50%", "--yes")

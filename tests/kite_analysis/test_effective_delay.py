@@ -8,7 +8,8 @@ from kite_analysis.delay.characteristic_equation import Loop
 from kite_analysis.delay.effective_delay import Path, effective_delay, split
 from kite_analysis.delay.inner_loop import loop_delay
 from kite_analysis.delay.whole_loop import gain_limit
-from sim_bridge.links.emulation import LinkDirection, LinkSettings
+from sim_bridge.links.emulation import LinkDirection
+from sim_bridge.links.link_settings import LinkSettings
 
 HZ, SPEED, OUTER_L = 50.0, 0.45, 3.0
 PERIOD = 1.0 / HZ

@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from sim_bridge.equipment.actuator import Actuator, ActuatorSettings
+from sim_bridge.equipment.actuator import Actuator
+from sim_bridge.equipment.actuator_settings import ActuatorSettings
 from sim_bridge.flight.flight import Flight
 from sim_bridge.runtimes.inproc import InprocRuntime
 from sim_bridge.scenario.scenario import load_scenario

@@ -10,8 +10,8 @@ from protocol import dialect
 from sim_bridge.errors import ScenarioError
 from sim_bridge.flight.flight import Flight
 from sim_bridge.flight.truth_columns import COLUMNS
-from sim_bridge.links.emulation import PathSettings
 from sim_bridge.links.ground_path import GroundLink, GroundSettings, GroundSocket
+from sim_bridge.links.link_settings import PathSettings
 from sim_bridge.runtimes.memory import MemoryRuntime
 from sim_bridge.scenario.scenario import load_scenario
 

@@ -4,7 +4,8 @@ from itertools import pairwise
 
 import pytest
 
-from sim_bridge.links.emulation import LinkDirection, LinkSettings
+from sim_bridge.links.emulation import LinkDirection
+from sim_bridge.links.link_settings import LinkSettings
 from sim_bridge.scenario.scenario import Scenario
 
 

@@ -5,10 +5,13 @@ from dataclasses import FrozenInstanceError, fields
 
 import pytest
 
-from sim_bridge.equipment.actuator import Actuator, ActuatorSettings
-from sim_bridge.equipment.sensors import Sensors, SensorSettings
-from sim_bridge.links.emulation import LinkDirection, LinkSettings
+from sim_bridge.equipment.actuator import Actuator
+from sim_bridge.equipment.actuator_settings import ActuatorSettings
+from sim_bridge.equipment.sensor_settings import SensorSettings
+from sim_bridge.equipment.sensors import Sensors
+from sim_bridge.links.emulation import LinkDirection
 from sim_bridge.links.ground_path import GroundSettings
+from sim_bridge.links.link_settings import LinkSettings
 from sim_bridge.plants.four_point import FourPointKite
 from sim_bridge.plants.four_point_settings import FourPointFrame, FourPointSettings
 from sim_bridge.plants.kite_settings import KiteSettings, OnePointSettings

@@ -10,8 +10,8 @@ from protocol import dialect
 from sim_bridge.flight.flight import Flight
 from sim_bridge.flight.preflight import Preflight
 from sim_bridge.flight.truth_columns import COLUMNS
-from sim_bridge.links.emulation import LinkSettings, PathSettings
 from sim_bridge.links.ground_path import GroundLink
+from sim_bridge.links.link_settings import LinkSettings, PathSettings
 from sim_bridge.links.wire import BRIDGE_COMPONENT, BRIDGE_SYSTEM, as_request
 from sim_bridge.runs.run import RunOptions, run_scenario
 from sim_bridge.runtimes.interface import FirmwareError

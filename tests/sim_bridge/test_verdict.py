@@ -13,8 +13,8 @@ from protocol import dialect
 from sim_bridge.cli.main import main
 from sim_bridge.flight.flight import Flight
 from sim_bridge.flight.truth_columns import COLUMNS
-from sim_bridge.links.emulation import PathSettings
 from sim_bridge.links.ground_path import GroundLink
+from sim_bridge.links.link_settings import PathSettings
 from sim_bridge.runs.run import RunOptions, run_scenario
 from sim_bridge.runtimes.memory import MemoryRuntime
 from sim_bridge.scenario.scenario import Scenario, load_scenario
