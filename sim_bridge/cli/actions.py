@@ -110,7 +110,7 @@ def _keep(result: RunResult, options: Namespace, plot: Path | None) -> None:
         again = "" if result.real_time else f"   (again: kite-sitl rerun {log})"
         upto = f", up to {result.log_until_s:.1f} s" if result.log_until_s is not None else ""
         print(f"log: {log}{upto}{again}")
-    if plot and result.flight.rows:
+    if plot and len(result.flight.truth):
         error_rad = result.numbers["cross_track_rms_rad"]
         error = "" if error_rad is None else f", cross-track error {math.degrees(error_rad):.2g} deg RMS"
         title = f"{result.numbers['scenario']}: {result.numbers['verdict']}{error}"
@@ -195,9 +195,9 @@ def _bench_micropython(options: Namespace) -> int:
 
 
 def _print_status(flight: Flight) -> None:
-    if not flight.rows:
+    row = flight.truth.last()
+    if row is None:
         return
-    row = flight.rows[-1]
     cross_track, turning = flight.recent_errors(10.0)
     mode = "silent" if row.mode == MODE_UNKNOWN else mode_name(int(row.mode))
     warning = "  UNSTABLE: lower INNER_P" if mode == "TRACK" and turning > UNSTABLE_TURNING_ANGLE else ""

@@ -1,9 +1,19 @@
 """The steering actuator: dead time, saturation, rate limit, first-order lag, solved exactly between commands."""
 
-from collections import deque
 from math import exp
+from typing import Final
 
 from sim_bridge.equipment.actuator_settings import ActuatorSettings
+
+_NEVER: Final = float("inf")
+
+
+class _Command:
+    """A steering that is felt from `felt_s` on."""
+
+    def __init__(self, felt_s: float, steering: float) -> None:
+        self.felt_s = felt_s
+        self.steering = steering
 
 
 class Actuator:
@@ -17,23 +27,20 @@ class Actuator:
         self.ideal = not self._rate and not self._lag
         self.position = 0.0
         self._target = 0.0
-        self._pending: deque[tuple[float, float]] = deque()
+        self._pending: list[_Command] = []
 
     def command(self, time_s: float, steering: float) -> None:
         """Take a command at `time_s`, not before the command that came last."""
-        self._pending.append((time_s + self._dead_time, steering))
+        self._pending.append(_Command(time_s + self._dead_time, steering))
 
     def next_change(self) -> float:
         """When the next command is felt [s]; infinity if none is pending."""
-        if not self._pending:
-            return float("inf")
-        felt_s, _ = self._pending[0]
-        return felt_s
+        return self._pending[0].felt_s if self._pending else _NEVER
 
     def apply_due(self, time_s: float) -> None:
         """Apply the commands that are due."""
         while self.next_change() <= time_s:
-            _, target = self._pending.popleft()
+            target = self._pending.pop(0).steering
             limit = self._saturation
             self._target = max(-limit, min(limit, target)) if limit else target
         if self.ideal:

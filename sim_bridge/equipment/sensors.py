@@ -1,14 +1,15 @@
 """Sensor models: which quantities, how often, how accurately."""
 
-from math import atan2, hypot
 from random import Random
+from typing import Final
 
 from protocol import dialect
 from sim_bridge.equipment.sensor_settings import SensorSettings
-from sim_bridge.plants.interface import Truth
+from sim_bridge.links.single_precision import as_single
+from sim_bridge.plants.truth import Truth
 
-SAMPLE_BYTES = 50  # a KITE_SENSORS frame on the wire
-_GIVEN = {
+SAMPLE_BYTES: Final = 50  # a KITE_SENSORS frame on the wire
+_GIVEN: Final = {
     "course": dialect.KITE_VALID_COURSE, "heading": dialect.KITE_VALID_HEADING,
     "distance": dialect.KITE_VALID_DISTANCE, "airspeed": dialect.KITE_VALID_AIRSPEED,
     "steering": dialect.KITE_VALID_STEERING,
@@ -17,8 +18,15 @@ _GIVEN = {
 Sample = tuple[int, float, float, float, float, float, float, float, float, int]
 
 
+def make_sample(time_us: int, azimuth: float, elevation: float, distance: float, course: float, heading: float,
+                airspeed: float, tether_force: float, steering: float, valid: int) -> Sample:
+    """Values of KITE_SENSORS in wire order, in the precision that the wire has."""
+    return (time_us, as_single(azimuth), as_single(elevation), as_single(distance), as_single(course),
+            as_single(heading), as_single(airspeed), as_single(tether_force), as_single(steering), valid)
+
+
 class Sensors:
-    """Takes samples, as values of KITE_SENSORS in wire order; their noise comes from `seed`."""
+    """Takes samples; their noise comes from `seed`."""
 
     def __init__(self, settings: SensorSettings, seed: int):
         self._noise = settings.noise_rad
@@ -26,7 +34,7 @@ class Sensors:
         self._course_noise = settings.course_noise_rad
         self._airspeed_noise = settings.airspeed_noise
         self._rate = settings.rate_hz
-        self._valid = dialect.KITE_VALID_AZIMUTH | dialect.KITE_VALID_ELEVATION | dialect.KITE_VALID_TETHER_FORCE
+        self._valid: int = dialect.KITE_VALID_AZIMUTH | dialect.KITE_VALID_ELEVATION | dialect.KITE_VALID_TETHER_FORCE
         for name, bit in _GIVEN.items():
             self._valid |= bit if getattr(settings, name) else 0
         self._random = Random(f"{seed}:sensors")
@@ -43,8 +51,7 @@ class Sensors:
 
     def sample(self, time_us: int, truth: Truth, steering: float) -> Sample:
         """One sample of `truth` and the actual `steering`, stamped `time_us`."""
-        x, y, z = truth.position
-        azimuth, elevation = atan2(y, x), atan2(z, hypot(x, y))
+        azimuth, elevation = truth.azimuth, truth.elevation
         gauss = self._random.gauss
         if self._noise:
             azimuth += gauss(0.0, self._noise)
@@ -58,5 +65,5 @@ class Sensors:
             heading += gauss(0.0, self._course_noise)
         if self._airspeed_noise:
             airspeed = max(0.0, airspeed * (1.0 + gauss(0.0, self._airspeed_noise)))
-        return (time_us, azimuth, elevation, truth.distance, course, heading, airspeed, truth.tether_force,
-                steering, self._valid)
+        return make_sample(time_us, azimuth, elevation, truth.distance, course, heading, airspeed, truth.tether_force,
+                           steering, self._valid)

@@ -1,53 +1,39 @@
 """The closed loop: plant, sensors, links, firmware, actuator; tick by tick."""
 
 from collections.abc import Callable
-from math import atan2, ceil, hypot, inf, nan, radians, sin
-from typing import Any, NamedTuple
+from math import ceil, inf, nan, radians, sin
+from typing import Any
 
-import numpy as np
-
-from kite_analysis.figure_eight import Array, TargetEight
+from kite_analysis.figure_eight import TargetEight
 from kite_analysis.metrics import NOT_MEASURED, Metrics, Track, measure
-from protocol.messages import KiteState
 from sim_bridge.equipment.actuator import Actuator
 from sim_bridge.equipment.sensors import SAMPLE_BYTES, Sample, Sensors
 from sim_bridge.flight.judgement import Judge, recent_errors
 from sim_bridge.flight.plant_choice import make_plant
 from sim_bridge.flight.preflight import PREFLIGHT_TICKS, Preflight
 from sim_bridge.flight.start_state import lead_in, start_position
-from sim_bridge.flight.truth_columns import COLUMNS, TruthRow
+from sim_bridge.flight.tick_record import TickRecord
+from sim_bridge.flight.truth_columns import TruthRow
+from sim_bridge.flight.truth_table import TruthTable
 from sim_bridge.links.emulation import LinkDirection
-from sim_bridge.links.ground_path import GroundLink
+from sim_bridge.links.ground_path import GroundPath
 from sim_bridge.links.link_settings import patience_s, without
 from sim_bridge.links.wire import STEERING_BYTES
-from sim_bridge.plants.interface import Truth
-from sim_bridge.runtimes.interface import Runtime, TickOutput, clock_us
+from sim_bridge.plants.truth import Truth
+from sim_bridge.runtimes.interface import Runtime
+from sim_bridge.runtimes.tick_output import ToldState, clock_us
 from sim_bridge.scenario.scenario import Scenario
 from sim_bridge.wind.wind import Wind
-
-_NO_STATE = KiteState._make([nan] * len(KiteState._fields))  # type: ignore[arg-type]
-
-
-class TickRecord(NamedTuple):
-    """Record of a tick, for observers of a flight."""
-
-    tick: int
-    time_s: float
-    samples: list[Sample]
-    datagrams: list[bytes]
-    output: TickOutput
-    heard: list[bytes]  # frames that reached the ground stations
-    row: TruthRow | None  # of the truth, if this tick has one
 
 
 class Flight:
     """One flight of `scenario` with the firmware in `runtime`.
 
     `ground` gives the datagrams that reach the firmware in a tick and takes what it sends; `watch` is called with a
-    TickRecord after each tick. Time starts below 0 with the preflight; `rows` holds the truth from t = 0 on.
+    TickRecord after each tick. Time starts below 0 with the preflight; `truth` holds the truth from t = 0 on.
     """
 
-    def __init__(self, scenario: Scenario, runtime: Runtime, ground: GroundLink | None = None,
+    def __init__(self, scenario: Scenario, runtime: Runtime, ground: GroundPath | None = None,
                  stations: Any = None, watch: Callable[[TickRecord], None] | None = None):
         self.scenario = scenario
         self.runtime = runtime
@@ -55,7 +41,7 @@ class Flight:
         self.eight = TargetEight.from_parameters(scenario.parameter)
         self.plant = make_plant(scenario, *start_position(scenario.start, self.eight))
         self.actuator = Actuator(scenario.actuator)
-        self.rows: list[TruthRow] = []
+        self.truth = TruthTable()
         self.overruns = 0
         self._ground = ground
         self._stations = stations
@@ -65,15 +51,16 @@ class Flight:
         eight_m = scenario.plant.line_length_m * sin(radians(scenario.parameter("EIGHT_ELEVATION")))
         self._wind = Wind(scenario.wind, self.period_s, seed, eight_m)
         self._start = self.plant.truth()
+        self._longest_step_s = self.plant.step_s * (2.0 if self.actuator.ideal else 1.0)
         self._control = down, up = scenario.link.control
         self._down = LinkDirection(down, f"{seed}:control.down")
         self._up = LinkDirection(up, f"{seed}:control.up")
-        self._newest_steering = -inf
+        self._newest_steering_s = -inf
         self._preflight = Preflight(scenario)
         lead_in_s = max(runtime.lead_in_s, PREFLIGHT_TICKS * self.period_s)
         self.tick = -ceil((lead_in_s + patience_s(down, SAMPLE_BYTES, self.period_s)) / self.period_s)
         self._first_tick = self.tick
-        self._state: KiteState | None = None
+        self._state: ToldState | None = None
         self._judge = Judge(scenario)
 
     @property
@@ -96,7 +83,7 @@ class Flight:
         if self._sensors.is_due(time_s):
             sample = self._sensors.sample(clock_us(time_s), truth, self.actuator.position)
             self._down.send(time_s, sample, SAMPLE_BYTES)
-        samples = [sample for _, sample in self._down.due(time_s)]
+        samples: list[Sample] = [parcel.item for parcel in self._down.due(time_s)]
         datagrams = self._hear_stations(time_s)
         requests = self._preflight.requests(tick) if not self._preflight.done else []
         output = self.runtime.exchange(tick - self._first_tick, time_s, samples, requests, datagrams)
@@ -105,15 +92,21 @@ class Flight:
         for sent_s, steering in output.steering:
             self._up.send(sent_s, (sent_s, steering), STEERING_BYTES)
         heard = self._tell_stations(time_s, output.frames)
-        self._judge.hear(time_s, output, len(self.rows))
-        if output.state:
+        self._judge.hear(time_s, output, len(self.truth))
+        if output.state is not None:
             self._state = output.state
             self.overruns = output.state.overruns
         row = self._record(time_s, truth) if flying else None
-        if self._watch:
-            self._watch(TickRecord(tick, time_s, samples, datagrams, output, heard, row))
+        if self._watch is not None:
+            self._watch(TickRecord(tick, time_s, samples, datagrams, output, heard,
+                                   None if row is None else TruthRow._make(row)))
         self.tick += 1
         self._advance(time_s, self.time_s, flying)
+
+    @property
+    def rows(self) -> list[TruthRow]:
+        """The truth so far, tick by tick from t = 0 on."""
+        return self.truth.rows()
 
     @property
     def trouble(self) -> str | None:
@@ -137,22 +130,24 @@ class Flight:
 
     def allow_for(self, delay_s: float) -> None:
         """A real board takes `delay_s` [s] itself: emulate only the rest of the control path's delay."""
-        self._down.settings, self._up.settings = without(self._control, delay_s, self.period_s)
+        down, up = without(self._control, delay_s, self.period_s)
+        self._down.use(down)
+        self._up.use(up)
 
     def track(self) -> Track:
         """The flight so far, as arrays."""
-        return self._judge.track(_columns(self.rows))
+        return self._judge.track(self.truth.columns())
 
     def metrics(self) -> Metrics:
         """The flight's numbers and the verdict, after the scenario's settling time."""
-        if not self.rows:
+        if not len(self.truth):
             return Metrics(None, None, None, None, None, NOT_MEASURED, "interrupted before the flight began")
         return measure(self.track(), self.scenario.run.settle_s, self.trouble)
 
     def recent_errors(self, seconds: float) -> tuple[float, float]:
         """RMS of cross-track and turning-angle error [rad] over the last `seconds`, for a status line."""
-        recent = self.rows[-max(1, round(seconds / self.period_s)) :]
-        return recent_errors(self._judge.track(_columns(recent), len(self.rows) - len(recent)))
+        first = max(0, len(self.truth) - max(1, round(seconds / self.period_s)))
+        return recent_errors(self._judge.track(self.truth.columns(first), first))
 
     def _hear_stations(self, time_s: float) -> list[bytes]:
         if not self._ground:
@@ -171,24 +166,29 @@ class Flight:
             self._stations.send(heard)
         return heard
 
-    def _record(self, time_s: float, truth: Truth) -> TruthRow:
-        state = self._state or _NO_STATE
-        azimuth, elevation = _angles(truth)
+    def _record(self, time_s: float, truth: Truth) -> list[float]:
+        """Add the truth at a tick; see TruthRow."""
+        state = self._state
+        course = target_course = cross_track = path_parameter = status = nan
+        if state is not None:
+            course, target_course, cross_track = state.course, state.target_course, state.cross_track
+            path_parameter, status = state.path_parameter, float(state.status)
         air = self._wind.air
-        row = TruthRow(
-            time_s, azimuth, elevation, truth.course, truth.heading, truth.airspeed, self.actuator.position,
-            state.course, state.target_course, state.cross_track, state.path_parameter, self._judge.steering_asked,
-            state.status, self._judge.mode(time_s), truth.distance, truth.tether_force, air.speed_m_s * air.gust,
-            air.direction_rad)
-        self.rows.append(row)
+        row = [
+            time_s, truth.azimuth, truth.elevation, truth.course, truth.heading, truth.airspeed, self.actuator.position,
+            course, target_course, cross_track, path_parameter, self._judge.steering_asked, status,
+            float(self._judge.mode(time_s)), truth.distance, truth.tether_force, air.speed_m_s * air.gust,
+            air.direction_rad]
+        self.truth.add(row)
         return row
 
     def _advance(self, start_s: float, end_s: float, flying: bool) -> None:
         """Fly from one tick to the next, with each steering command felt at its exact time."""
-        for arrived_s, (sent_s, steering) in self._up.due(end_s):
-            if sent_s >= self._newest_steering:  # one that was overtaken on the way is of no use
-                self._newest_steering = sent_s
-                self.actuator.command(max(arrived_s, start_s), steering)
+        for parcel in self._up.due(end_s):
+            sent_s, steering = parcel.item
+            if sent_s >= self._newest_steering_s:  # one that was overtaken on the way is of no use
+                self._newest_steering_s = sent_s
+                self.actuator.command(max(parcel.time_s, start_s), steering)
         now = start_s
         actuator = self.actuator
         while now < end_s - 1e-9:
@@ -202,20 +202,9 @@ class Flight:
     def _fly_for(self, duration: float, flying: bool) -> None:
         """Fly on while no new command is felt."""
         actuator = self.actuator
-        longest = self.plant.step_s * (2 if actuator.ideal else 1)
-        steps = max(1, ceil(duration / longest - 1e-6))
+        steps = max(1, ceil(duration / self._longest_step_s - 1e-6))
         dt = duration / steps
         for _ in range(steps):
             if flying:
                 self.plant.step(dt, actuator.mean_over(dt), self._wind.air)
             actuator.advance(dt)
-
-
-def _angles(truth: Truth) -> tuple[float, float]:
-    x, y, z = truth.position
-    return atan2(y, x), atan2(z, hypot(x, y))
-
-
-def _columns(rows: list[TruthRow]) -> dict[str, Array]:
-    values = np.array(rows, dtype=float).reshape(-1, len(COLUMNS))
-    return dict(zip(COLUMNS, values.T, strict=True))

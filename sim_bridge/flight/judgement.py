@@ -6,7 +6,7 @@ looked at.
 """
 
 from math import inf
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -16,16 +16,16 @@ from kite_analysis.figure_eight import Array, TargetEight, unit_position
 from kite_analysis.metrics import Track
 from protocol import dialect
 from protocol.messages import ParamValue
-from sim_bridge.runtimes.interface import TickOutput
+from sim_bridge.runtimes.tick_output import TickOutput
 from sim_bridge.scenario.scenario import Scenario
 
-MODE_UNKNOWN = -1
-_SILENCE_S = 3.0  # without a heartbeat nobody knows the mode
-_AT_LIMIT = 1.0 - 1e-6
+MODE_UNKNOWN: Final = -1
+_SILENCE_S: Final = 3.0  # without a heartbeat nobody knows the mode
+_AT_LIMIT: Final = 1.0 - 1e-6
 _YARDSTICK = (
     "EIGHT_AZIMUTH", "EIGHT_ELEVATION", "EIGHT_HALF_W", "EIGHT_HALF_H", "EIGHT_DIRECTION",
     "OUTER_L", "GAIN_TAU", "GAIN_L_TAU", "LOOP_HZ", "STEER_MAX")
-_GREATEST_GAIN = 50.0
+_GREATEST_GAIN: Final = 50.0
 
 Columns = dict[str, Array]
 
@@ -62,7 +62,7 @@ class Judge:
             self._part({name: values[start:end] for name, values in columns.items()}, parameters)
             for start, end, (_, parameters) in zip(starts, ends, self._parts, strict=True) if start < end]
         fields = [np.concatenate(values) for values in zip(*(part[:-1] for part in parts), strict=True)]
-        return Track(*fields, half_width=parts[-1].half_width)
+        return Track._make((*fields, parts[-1].half_width))
 
     def _part(self, columns: Columns, parameters: dict[str, float]) -> Track:
         """Rows during which the parameters were the same."""

@@ -9,7 +9,8 @@ from importlib.util import find_spec
 
 from kite_analysis.figure_eight import TargetEight
 from sim_bridge.flight.start_state import start_position
-from sim_bridge.plants.interface import Plant, Vector
+from sim_bridge.plants.interface import Plant
+from sim_bridge.plants.truth import Vector
 from sim_bridge.scenario.scenario import Scenario
 from sim_bridge.wind.air import Air
 

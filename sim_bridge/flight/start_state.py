@@ -5,7 +5,7 @@ from math import atan2, cos, exp, pi, sin, sqrt
 import numpy as np
 
 from kite_analysis.figure_eight import TargetEight
-from sim_bridge.plants.interface import Truth, Vector
+from sim_bridge.plants.truth import Truth, Vector
 from sim_bridge.scenario.flight_settings import StartSettings
 
 _LEAD_IN_RAD = 0.15
@@ -43,4 +43,4 @@ def lead_in(start: Truth, time_s: float) -> Truth:
     course = atan2(vx * y - vy * x, vz)
     heading = course + start.heading - start.course
     heading -= 2 * pi * round(heading / (2 * pi))
-    return start._replace(position=(x, y, z), velocity=(vx, vy, vz), course=course, heading=heading)
+    return Truth((x, y, z), (vx, vy, vz), course, heading, start.distance, start.airspeed, start.tether_force)

@@ -1,6 +1,5 @@
 """One direction of a radio link: delay, jitter, loss, duplicates, reordering, a byte rate; all from one seed."""
 
-import heapq
 from dataclasses import replace
 from math import inf
 from random import Random
@@ -9,27 +8,39 @@ from typing import Any
 from sim_bridge.links.link_settings import LONGEST_QUEUE_S, LinkSettings
 
 
+class Parcel:
+    """An `item` on its way, and the time at which it comes out [s]."""
+
+    def __init__(self, time_s: float, item: Any) -> None:
+        self.time_s = time_s
+        self.item = item
+
+
 class LinkDirection:
     """Carries items from `send` to `due`, which returns each with the exact time at which it comes out."""
 
     def __init__(self, settings: LinkSettings, seed: str):
-        self.settings = settings
         self.sent = 0
         self.lost = 0
         self._random = Random(seed)
-        self._waiting: list[tuple[float, int, Any]] = []
-        self._count = 0
+        self._waiting: list[Parcel] = []  # earliest first; of those that come out together, the first that was sent
         self._in_burst = False
         self._free_at = -inf  # preflight comes before t = 0
+        self.use(settings)
+
+    def use(self, settings: LinkSettings) -> None:
+        """Carry what is sent from now on as `settings` say."""
+        self.settings = settings
+        self._delay_s = settings.delay_s
         self._plain = replace(settings, delay_s=0.0, reorder_s=0.1, loss_burst=0.0) == LinkSettings()
 
     def send(self, time_s: float, item: Any, size: int) -> None:
         """Put `item` of `size` bytes in at `time_s`."""
         self.sent += 1
-        settings = self.settings
         if self._plain:
-            self._push(time_s + settings.delay_s, item)
+            self._push(time_s + self._delay_s, item)
             return
+        settings = self.settings
         if settings.rate_bytes_s:
             start = max(time_s, self._free_at)
             if start - time_s > LONGEST_QUEUE_S:
@@ -44,24 +55,27 @@ class LinkDirection:
         for _ in range(copies):
             self._push(time_s + self._delay(), item)
 
-    def due(self, until_s: float) -> list[tuple[float, Any]]:
-        """Items that have arrived by `until_s`, with their times, earliest first."""
-        items = []
-        while self._waiting:
-            time_s, _, item = self._waiting[0]
-            if time_s > until_s + 1e-9:
-                break
-            heapq.heappop(self._waiting)
-            items.append((time_s, item))
-        return items
+    def due(self, until_s: float) -> list[Parcel]:
+        """What has arrived by `until_s`, earliest first."""
+        parcels: list[Parcel] = []
+        waiting = self._waiting
+        while waiting and waiting[0].time_s <= until_s + 1e-9:
+            parcels.append(waiting.pop(0))
+        return parcels
 
     def _push(self, time_s: float, item: Any) -> None:
-        self._count += 1
-        heapq.heappush(self._waiting, (time_s, self._count, item))
+        waiting = self._waiting
+        place = len(waiting)
+        while place and waiting[place - 1].time_s > time_s:
+            place -= 1
+        if place == len(waiting):
+            waiting.append(Parcel(time_s, item))
+        else:
+            waiting.insert(place, Parcel(time_s, item))
 
     def _delay(self) -> float:
         settings = self.settings
-        delay = settings.delay_s
+        delay: float = settings.delay_s
         if settings.jitter_s:
             delay = max(0.0, delay + self._random.uniform(-settings.jitter_s, settings.jitter_s))
         if settings.reorder and self._random.random() < settings.reorder:

@@ -2,6 +2,7 @@
 
 import socket
 from dataclasses import dataclass
+from typing import Protocol
 
 from protocol.frame import MARKER_2
 from sim_bridge.errors import ScenarioError
@@ -27,6 +28,26 @@ def parse_address(text: str, where: str) -> _Address:
     return host, int(port)
 
 
+class GroundPath(Protocol):
+    """What carries datagrams between ground stations and the firmware."""
+
+    def from_station(self, time_s: float, datagram: bytes) -> None:
+        """A ground station sent `datagram`."""
+        ...
+
+    def to_firmware(self, time_s: float) -> list[bytes]:
+        """Datagrams that have reached the firmware by `time_s`."""
+        ...
+
+    def from_firmware(self, time_s: float, frames: list[bytes]) -> None:
+        """The firmware sent `frames`."""
+        ...
+
+    def to_stations(self, time_s: float) -> list[bytes]:
+        """Frames that have come out on the ground by `time_s`."""
+        ...
+
+
 class GroundLink:
     """Both directions of the emulated ground path. Carries whole datagrams down and single frames up."""
 
@@ -44,7 +65,7 @@ class GroundLink:
 
     def to_firmware(self, time_s: float) -> list[bytes]:
         """Datagrams that have reached the firmware by `time_s`."""
-        return [datagram for _, datagram in self._down.due(time_s)]
+        return [parcel.item for parcel in self._down.due(time_s)]
 
     def from_firmware(self, time_s: float, frames: list[bytes]) -> None:
         """The firmware sent `frames`."""
@@ -53,7 +74,7 @@ class GroundLink:
 
     def to_stations(self, time_s: float) -> list[bytes]:
         """Frames that have come out on the ground by `time_s`."""
-        return [frame for _, frame in self._up.due(time_s)]
+        return [parcel.item for parcel in self._up.due(time_s)]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,11 +13,11 @@ from sim_bridge.errors import ScenarioError
 from sim_bridge.plants.four_point_forces import Sizes, add_forces, advance, kite_frame
 from sim_bridge.plants.four_point_geometry import Shape
 from sim_bridge.plants.four_point_settings import FourPointSettings
-from sim_bridge.plants.interface import Vector
 from sim_bridge.plants.particles import Points
 from sim_bridge.plants.polars import coefficient
 from sim_bridge.plants.tether import GRAVITY, Tether
 from sim_bridge.plants.tethered_kite import TetheredKite, check_start_height, start_air, tangent_part
+from sim_bridge.plants.truth import Vector
 from sim_bridge.wind.air import Air
 from sim_bridge.wind.wind_settings import WindSettings
 

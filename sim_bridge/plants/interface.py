@@ -1,22 +1,9 @@
 """The interface of all plants."""
 
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
+from sim_bridge.plants.truth import Truth
 from sim_bridge.wind.air import Air
-
-Vector = tuple[float, float, float]
-
-
-class Truth(NamedTuple):
-    """The true state: unit position and velocity direction in the wind frame, angles [rad], SI units."""
-
-    position: Vector
-    velocity: Vector  # of the unit position [1/s]
-    course: float
-    heading: float
-    distance: float
-    airspeed: float
-    tether_force: float
 
 
 class Plant(Protocol):

@@ -13,12 +13,12 @@ import numpy as np
 
 from sim_bridge.compiled import compiled
 from sim_bridge.errors import ScenarioError
-from sim_bridge.plants.interface import Vector
 from sim_bridge.plants.kite_settings import OnePointSettings
 from sim_bridge.plants.particles import Points, first_stage, second_stage
 from sim_bridge.plants.polars import Polars, coefficient, depower_angle
 from sim_bridge.plants.tether import GRAVITY, Tether, add_tether_loads, lower_density
 from sim_bridge.plants.tethered_kite import TetheredKite, check_start_height, start_air, tangent_part
+from sim_bridge.plants.truth import Vector
 from sim_bridge.wind.air import Air
 from sim_bridge.wind.wind_settings import WindSettings
 

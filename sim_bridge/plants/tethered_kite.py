@@ -7,9 +7,9 @@ from math import atan2, isfinite, sqrt
 import numpy as np
 
 from sim_bridge.errors import ScenarioError
-from sim_bridge.plants.interface import Truth
 from sim_bridge.plants.particles import ParticleSystem, Points, Spring
 from sim_bridge.plants.tether import Tether
+from sim_bridge.plants.truth import Truth
 from sim_bridge.wind.air import Air
 from sim_bridge.wind.profile import LAWS, air_density, wind_at
 from sim_bridge.wind.wind import MeanWind

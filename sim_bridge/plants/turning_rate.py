@@ -10,9 +10,10 @@ The constant law scales with the wind's speed and its gusts along, and knows nei
 law takes the whole wind at the kite's height. Without wind the kite stands still and does not turn.
 """
 
-from math import atan2, cos, hypot, sin, sqrt
+from math import atan2, cos, sin, sqrt
+from typing import Final
 
-from sim_bridge.plants.interface import Truth, Vector
+from sim_bridge.plants.truth import Truth, Vector
 from sim_bridge.plants.turning_rate_settings import GLIDE, TurningRateSettings
 from sim_bridge.wind.air import Air
 from sim_bridge.wind.profile import LAWS, wind_at
@@ -20,8 +21,8 @@ from sim_bridge.wind.wind_settings import WindSettings
 
 # Of the glide law, at the edge of the wind window [m/s]. Below it the law's turning by itself fades: its gravity term
 # has the airspeed below the line.
-_LEAST_AIRSPEED = 0.5
-_TIDY_STEPS = 256
+_LEAST_AIRSPEED: Final = 0.5
+_TIDY_STEPS: Final = 256
 
 
 class TurningRatePlant:
@@ -42,7 +43,8 @@ class TurningRatePlant:
         self._transport = settings.transport
         self._glide = settings.glide_ratio if settings.speed_law == GLIDE else 0.0
         self._wind = wind.speed_m_s
-        self._profile = LAWS[wind.profile], wind.exponent
+        self._law = LAWS[wind.profile]
+        self._exponent = wind.exponent
         self._airspeed = settings.airspeed_m_s
         self._speed = settings.speed_over_length
         self._constant = not (self._gravity or self._glide or not self._transport)
@@ -82,11 +84,11 @@ class TurningRatePlant:
 
     def _wind_here(self) -> Vector:
         """The wind at the kite [m/s]."""
-        return wind_at(self._air, *self._profile, self._length * self._position[2])
+        return wind_at(self._air, self._law, self._exponent, self._length * self._position[2])
 
     def _glide_airspeed(self, wind: Vector) -> float:
         (x, y, z), (wx, wy, wz), glide = self._position, wind, self._glide
-        least = _LEAST_AIRSPEED * min(1.0, hypot(wx, wy, wz))  # none in no wind
+        least = _LEAST_AIRSPEED * min(1.0, sqrt(wx * wx + wy * wy + wz * wz))  # none in no wind
         return max(least, wx * glide * x + wy * glide * y + wz * glide * z)
 
     def _rates(self, steering: float) -> tuple[float, float, float]:
@@ -125,7 +127,7 @@ def _rotated(position: Vector, nose: Vector, turning: float, forward: float, sid
              ) -> tuple[Vector, Vector]:
     """Both vectors after turning about Omega = turning gamma - sideways h + forward b for `dt` (Rodrigues)."""
     (x, y, z), (hx, hy, hz) = position, nose
-    rate = hypot(turning, forward, sideways)
+    rate = sqrt(turning * turning + forward * forward + sideways * sideways)
     if rate == 0.0:
         return position, nose
     bx, by, bz = y * hz - z * hy, z * hx - x * hz, x * hy - y * hx

@@ -145,7 +145,7 @@ def sum_up(flight: Flight, wall_s: float) -> dict[str, Any]:
         "scenario": scenario.name, "plant": scenario.plant_kind, "runtime": flight.runtime.name,
         "seed": scenario.run.seed, "sim_s": sim_s, "wall_s": wall_s, "real_time_factor": sim_s / wall_s,
         **flight.metrics()._asdict(),
-        "ticks": len(flight.rows), "overruns": flight.overruns,
+        "ticks": len(flight.truth), "overruns": flight.overruns,
     }
 
 
@@ -194,6 +194,9 @@ class RecordedGround:
     def to_firmware(self, time_s: float) -> list[bytes]:
         """What reached the firmware in the tick at `time_s`."""
         return self._datagrams.get(round(time_s / self._period_s), [])
+
+    def from_station(self, time_s: float, datagram: bytes) -> None:
+        """Nobody sends."""
 
     def from_firmware(self, time_s: float, frames: list[bytes]) -> None:
         """Nobody listens."""

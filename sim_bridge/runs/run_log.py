@@ -23,7 +23,7 @@ from kite_analysis.flights.tlog import tlog_entry
 from protocol import dialect
 from protocol.frame import frame_length
 from sim_bridge.errors import ScenarioError
-from sim_bridge.flight.flight import TickRecord
+from sim_bridge.flight.tick_record import TickRecord
 from sim_bridge.flight.truth_columns import COLUMNS, TruthRow
 from sim_bridge.links.wire import BridgeCodec
 from sim_bridge.runs.growing_files import GrowingFiles

@@ -1,20 +1,22 @@
 """The firmware's own objects in this process: no sockets and no codec, but every field rounded as the wire does."""
 
-import struct
-from typing import Any
+from struct import Struct
+from typing import Any, Final
 
 from firmware_py.autopilot import Autopilot
 from firmware_py.generated_enums import MAV_COMP_ID_AUTOPILOT1, MAV_COMP_ID_USER1
 from firmware_py.mavlink.budget import LinkBudget
 from firmware_py.mavlink.encoder import LONGEST_FRAME, Encoder
 from firmware_py.mavlink.generated_messages import HEARTBEAT, HIL_ACTUATOR_CONTROLS, KITE_SENSORS, KITE_STATE, MESSAGES
-from protocol.messages import KiteState
+from protocol.messages import BY_ID
 from sim_bridge.equipment.sensors import Sample
-from sim_bridge.links.wire import BRIDGE_COMPONENT, BRIDGE_SYSTEM, with_names
-from sim_bridge.runtimes.interface import LEAD_IN_S, Message, TickOutput, clock_us
+from sim_bridge.links.single_precision import as_single
+from sim_bridge.links.wire import BRIDGE_COMPONENT, BRIDGE_SYSTEM, Message, with_names
+from sim_bridge.runtimes.interface import LEAD_IN_S
+from sim_bridge.runtimes.tick_output import TickOutput, ToldState, clock_us
 
-_AROUND = 12  # bytes of a frame that are no payload
-_LAYOUTS = {message: struct.Struct(layout) for message, (layout, *_) in MESSAGES.items()}
+_AROUND: Final = 12  # bytes of a frame that are no payload
+_LAYOUTS: Final = {message: Struct(layout) for message, (layout, *_) in MESSAGES.items()}
 
 
 def as_on_the_wire(message: int, values: tuple[Any, ...]) -> tuple[Any, ...]:
@@ -24,42 +26,45 @@ def as_on_the_wire(message: int, values: tuple[Any, ...]) -> tuple[Any, ...]:
 
 
 class DirectLink:
-    """The firmware's link without bytes: keeps what a tick sends, by kind."""
+    """The firmware's link without bytes: keeps what a tick sends, by kind; what nobody here looks at is dropped."""
 
     def __init__(self, keep_frames: bool):
         self.steering = 0.0
-        self.state: KiteState | None = None
+        self.state: ToldState | None = None
         self.mode: int | None = None
         self.replies: list[Message] = []
         self.frames: list[bytes] = []
         self.budget = LinkBudget(0)
-        self._encoders = (Encoder(1, MAV_COMP_ID_AUTOPILOT1), Encoder(1, MAV_COMP_ID_USER1)) if keep_frames else ()
+        self._encoders = [Encoder(1, MAV_COMP_ID_AUTOPILOT1), Encoder(1, MAV_COMP_ID_USER1)] if keep_frames else []
 
     def set_system(self, system: int) -> None:
         """Send with this system id from now on."""
         for encoder in self._encoders:
             encoder.system = system
 
-    def answer(self, message: int, values: tuple[Any, ...]) -> None:
+    def answer(self, message: int, values: Any) -> None:
         """Take an answer from the firmware."""
-        self.budget.spend_on_answer(self.send(message, values))
+        self.send(message, values)
+        self.budget.spend_on_answer(_size(message, values))
 
-    def send(self, message: int, values: tuple[Any, ...]) -> int:
-        """Take a message from the firmware; the bytes that its frame has on the wire."""
-        wired = as_on_the_wire(message, values)
+    def send(self, message: int, values: Any) -> int:
+        """Take a message from the firmware; return the bytes of its frame, where the firmware counts them."""
         if message == HIL_ACTUATOR_CONTROLS:
-            _time_us, _flags, self.steering, *_others = wired
-        elif message == KITE_STATE:
-            self.state = KiteState._make(wired)
-        elif message == HEARTBEAT:
-            self.mode, *_others = wired
-        else:
-            self.replies.append((message, with_names(message, wired)))
-        if self._encoders and message != HIL_ACTUATOR_CONTROLS:
+            _time_us, _flags, steering, *_others = values
+            self.steering = as_single(steering)
+            return 0
+        if self._encoders:
             buffer = bytearray(LONGEST_FRAME)
             end = self._encoders[message == KITE_STATE].encode(buffer, 0, message, values)
             self.frames.append(bytes(buffer[:end]))
-        return _AROUND + max(1, len(_LAYOUTS[message].pack(*values).rstrip(b"\0")))
+        if message == KITE_STATE:
+            self.state = _told(values)
+        elif message == HEARTBEAT:
+            self.mode, *_others = values
+        elif message in BY_ID:
+            self.replies.append((message, with_names(message, as_on_the_wire(message, values))))
+            return _size(message, values)
+        return 0
 
     def flush(self) -> None:
         """Nothing waits here."""
@@ -88,13 +93,36 @@ class InprocRuntime:
         link = self._link
         inbox = self.autopilot.inbox
         for sample in samples:
-            inbox.put(KITE_SENSORS, as_on_the_wire(KITE_SENSORS, sample), BRIDGE_SYSTEM, BRIDGE_COMPONENT)
+            inbox.put(KITE_SENSORS, sample, BRIDGE_SYSTEM, BRIDGE_COMPONENT)
         for message, values in requests:
             inbox.put(message, as_on_the_wire(message, values), BRIDGE_SYSTEM, BRIDGE_COMPONENT)
         self.autopilot.tick(clock_us(time_s))
-        output = TickOutput([(time_s, link.steering)], link.state, link.replies, link.frames, link.mode)
-        link.state, link.replies, link.frames, link.mode = None, [], [], None
+        output = TickOutput()
+        output.steering.append((time_s, link.steering))
+        output.state = link.state
+        output.mode = link.mode
+        link.state = link.mode = None
+        if link.replies:
+            output.replies = link.replies
+            link.replies = []
+        if link.frames:
+            output.frames = link.frames
+            link.frames = []
         return output
 
     def stop(self) -> None:
         """Nothing to shut down."""
+
+
+def _told(values: Any) -> ToldState:
+    """What the bridge looks at of the `values` of a KITE_STATE."""
+    (_time_us, sample_time_us, _azimuth, _elevation, _distance, course, _heading, _airspeed, _force, _steering,
+     target_course, cross_track, path_parameter, steering_asked, overruns, _valid, status, _tick_us, _worst_us,
+     _dropped, mode, _late_us) = values
+    return ToldState(sample_time_us, as_single(course), as_single(target_course), as_single(cross_track),
+                     as_single(path_parameter), as_single(steering_asked), overruns, status, mode)
+
+
+def _size(message: int, values: Any) -> int:
+    """Bytes of a frame of `message`, whose zeros at the end are cut off."""
+    return _AROUND + max(1, len(_LAYOUTS[message].pack(*values).rstrip(b"\0")))

@@ -5,31 +5,15 @@ wire order), as the firmware's own tables have them, so that no runtime needs to
 protocol/messages.py have names.
 """
 
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
-from protocol.clock import WRAP_US
-from protocol.messages import KiteState
 from sim_bridge.equipment.sensors import Sample
 from sim_bridge.links.wire import Message
+from sim_bridge.runtimes.tick_output import TickOutput
 
 
 class FirmwareError(Exception):
     """The firmware cannot be started, fell silent, or answered the wrong tick; the text says so in one line."""
-
-
-class TickOutput(NamedTuple):
-    """What came out of a tick.
-
-    `steering` holds (time [s], steering) for each HIL_ACTUATOR_CONTROLS; `state` is the last KITE_STATE, None if there
-    was none; `replies` are PARAM_VALUE, PARAM_ERROR, COMMAND_ACK and STATUSTEXT; `frames` are
-    all frames for the ground path, as bytes; `mode` is the last HEARTBEAT's, None if there was none.
-    """
-
-    steering: list[tuple[float, float]]
-    state: KiteState | None
-    replies: list[Message]
-    frames: list[bytes]
-    mode: int | None = None
 
 
 LEAD_IN_S = 2.0  # enough in lockstep, where nothing is lost
@@ -61,8 +45,3 @@ class Runtime(Protocol):
     def stop(self) -> None:
         """Shut the firmware down; safe to call twice."""
         ...
-
-
-def clock_us(time_s: float) -> int:
-    """The firmware's clock at `time_s` of the flight: it wraps 30 s after the start, so that every run crosses it."""
-    return (round(time_s * 1e6) - 30_000_000) % WRAP_US

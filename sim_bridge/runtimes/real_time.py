@@ -7,9 +7,10 @@ from collections.abc import Callable
 from protocol import dialect
 from sim_bridge.equipment.sensors import Sample
 from sim_bridge.links.port import Port
-from sim_bridge.runtimes.interface import FirmwareError, Message, TickOutput
+from sim_bridge.runtimes.interface import FirmwareError, Message
 from sim_bridge.runtimes.interpreter import Interpreter
 from sim_bridge.runtimes.process import ProcessRuntime
+from sim_bridge.runtimes.tick_output import TickOutput
 from sim_bridge.runtimes.wired import WireRuntime
 
 _SETTLE_S = 0.7
@@ -32,7 +33,7 @@ class RealTimeRuntime(ProcessRuntime):
                  datagrams: list[bytes]) -> TickOutput:
         """See Runtime: returns when the next tick is due, with the times at which steering came."""
         self._send_inputs(samples, requests, datagrams)
-        output = TickOutput([], None, [], [])
+        output = TickOutput()
         while True:
             self._socket.settimeout(self._clock.left(time_s))
             try:
@@ -41,7 +42,7 @@ class RealTimeRuntime(ProcessRuntime):
                 break
             if peer != self._peer:
                 continue
-            _, output = self._sort(data, self._clock.within(time_s), output)
+            self._sort(data, self._clock.within(time_s), output)
         self._check_alive("in flight")
         return output
 
@@ -95,12 +96,12 @@ class HilRuntime(WireRuntime):
         while len(self._sent_at) > 200:
             self._sent_at.pop(next(iter(self._sent_at)))
         self._send_inputs(samples, requests, datagrams)
-        output = TickOutput([], None, [], [])
+        output = TickOutput()
         while (left := self._clock.left(time_s)) > 0:
             data = self._port.receive(left)
             self.bytes_in += len(data)
             before = len(output.steering)
-            _, output = self._sort(data, self._clock.within(time_s), output)
+            self._sort(data, self._clock.within(time_s), output)
             if len(output.steering) > before:
                 self._steering_at = self._now()
             if output.state is not None:

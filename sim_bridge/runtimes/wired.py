@@ -6,7 +6,8 @@ from protocol import dialect
 from protocol.messages import KiteState
 from sim_bridge.equipment.sensors import Sample
 from sim_bridge.links.wire import BridgeCodec, in_datagrams, wire_values
-from sim_bridge.runtimes.interface import LEAD_IN_S, FirmwareError, Message, TickOutput, clock_us
+from sim_bridge.runtimes.interface import LEAD_IN_S, FirmwareError, Message
+from sim_bridge.runtimes.tick_output import TickOutput, clock_us, told_state
 
 SILENCE_S = 20.0  # a suspended process may come back
 _REPLIES = frozenset(("PARAM_VALUE", "PARAM_ERROR", "COMMAND_ACK", "STATUSTEXT"))
@@ -26,10 +27,10 @@ class WireRuntime:
         """See Runtime."""
         self._send_inputs(samples, requests, datagrams)
         self._send(self._codec.encode(dialect.MAVLINK_MSG_ID_KITE_TICK, (tick, clock_us(time_s))))
-        output = TickOutput([], None, [], [])
+        output = TickOutput()
         deadline = time.monotonic() + SILENCE_S
         while True:
-            ended, output = self._sort(self._receive(deadline, f"in tick {tick}"), time_s, output)
+            ended = self._sort(self._receive(deadline, f"in tick {tick}"), time_s, output)
             if ended == tick:
                 return output
             if ended is not None:
@@ -42,8 +43,8 @@ class WireRuntime:
         for datagram in in_datagrams(frames) + datagrams:
             self._send(datagram)
 
-    def _sort(self, data: bytes, time_s: float, output: TickOutput) -> tuple[int | None, TickOutput]:
-        """Add what `data`, of the time `time_s`, holds to `output`; also return the number of a tick that it ends."""
+    def _sort(self, data: bytes, time_s: float, output: TickOutput) -> int | None:
+        """Add what `data`, of the time `time_s`, holds to `output`; return the number of a tick that it ends."""
         ended = None
         for message in self._codec.decode(data):
             if isinstance(message, dialect.MAVLink_hil_actuator_controls_message):
@@ -54,13 +55,13 @@ class WireRuntime:
                 ended = message.tick
                 continue
             if isinstance(message, dialect.MAVLink_kite_state_message):
-                output = output._replace(state=KiteState._make(wire_values(message)))
+                output.state = told_state(KiteState._make(wire_values(message)))
             elif isinstance(message, dialect.MAVLink_heartbeat_message):
-                output = output._replace(mode=message.custom_mode)
+                output.mode = message.custom_mode
             elif message.get_type() in _REPLIES:
                 output.replies.append((message.get_msgId(), wire_values(message)))
             output.frames.append(bytes(message.get_msgbuf()))
-        return ended, output
+        return ended
 
     def _send(self, datagram: bytes) -> None:
         raise NotImplementedError

@@ -18,10 +18,10 @@ from kite_analysis.flights.real_flight import fit_eight, read_flight
 from kite_analysis.flights.record import FlightRecord
 from kite_analysis.plots import draw_turning_angle
 from protocol import dialect
-from sim_bridge.equipment.sensors import Sample
+from sim_bridge.equipment.sensors import Sample, make_sample
 from sim_bridge.flight.preflight import Preflight
 from sim_bridge.runs.run import make_runtime
-from sim_bridge.runtimes.interface import clock_us
+from sim_bridge.runtimes.tick_output import clock_us
 from sim_bridge.scenario.scenario import Scenario, load_scenario
 
 # In wire order: what of a row goes into a sample, and its bit; course and heading are left to the firmware.
@@ -107,7 +107,8 @@ def _sample(data: FlightRecord, row: int) -> Sample:
     valid = sum(bit for value, (_, bit) in zip(values, _SENT, strict=True) if isfinite(value))
     azimuth, elevation, distance, course, heading, airspeed, force, steering = (
         value if isfinite(value) else 0.0 for value in values)
-    return (clock_us(float(data.time_s[row])), azimuth, elevation, distance, course, heading, airspeed, force,
+    return make_sample(
+        clock_us(float(data.time_s[row])), azimuth, elevation, distance, course, heading, airspeed, force,
             steering, valid)
 
 

@@ -8,10 +8,11 @@ those of the process in continuous time, and they start in its stationary distri
 from collections.abc import Sequence
 from math import exp, sqrt
 from random import Random
+from typing import Final
 
 Parts = Sequence[tuple[float, float]]  # of each: share of the variance, time constant over the period
 
-_SQRT3 = sqrt(3.0)
+_SQRT3: Final = sqrt(3.0)
 
 
 class LongitudinalGust:

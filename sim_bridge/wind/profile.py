@@ -4,12 +4,16 @@ Heights are above ground; below the reference height of 6 m the wind is taken as
 """
 
 from math import cos, exp, log, sin
+from typing import Final
 
 from sim_bridge.wind.air import Air
 
-REFERENCE_HEIGHT_M = 6.0
-_ROUGHNESS_M = 2e-4
-CONSTANT, EXPONENTIAL, LOGARITHMIC, EXPLOG = range(4)
+REFERENCE_HEIGHT_M: Final = 6.0
+_ROUGHNESS_M: Final = 2e-4
+CONSTANT: Final = 0
+EXPONENTIAL: Final = 1
+LOGARITHMIC: Final = 2
+EXPLOG: Final = 3
 LAWS = {"constant": CONSTANT, "exp": EXPONENTIAL, "log": LOGARITHMIC, "explog": EXPLOG}
 
 

@@ -2,14 +2,14 @@
 
 from math import exp, sqrt
 from random import Random
-from typing import Protocol
+from typing import Final, Protocol
 
 from sim_bridge.wind.gust_process import LongitudinalGust, TransverseGust
 from sim_bridge.wind.gust_scales import GustScales, dryden_parts, gust_scales
 from sim_bridge.wind.profile import LAWS, profile_factor
 from sim_bridge.wind.wind_settings import FIRST_ORDER, WindSettings
 
-_LEAST_CONVECTION = 0.1  # so that time constants are finite [m/s]
+_LEAST_CONVECTION: Final = 0.1  # so that time constants are finite [m/s]
 
 
 class Turbulence(Protocol):

@@ -8,8 +8,9 @@ from protocol import dialect
 from sim_bridge.equipment.sensors import Sample
 from sim_bridge.links.wire import BridgeCodec
 from sim_bridge.runs.run import RunOptions, RunResult, run_scenario
-from sim_bridge.runtimes.interface import Message, TickOutput
+from sim_bridge.runtimes.interface import Message
 from sim_bridge.runtimes.real_time import HilRuntime
+from sim_bridge.runtimes.tick_output import TickOutput
 from sim_bridge.scenario.scenario import Scenario
 from tests.emulated_pico.pico import EmulatedPico, Measured
 
@@ -86,7 +87,7 @@ class _Watched(HilRuntime):
             self._pico.measured()
         return super().exchange(tick, time_s, samples, requests, datagrams)
 
-    def _sort(self, data: bytes, time_s: float, output: TickOutput) -> tuple[int | None, TickOutput]:
+    def _sort(self, data: bytes, time_s: float, output: TickOutput) -> int | None:
         for message in self._listener.decode(data):
             if isinstance(message, dialect.MAVLink_hil_actuator_controls_message):
                 self._uptimes_us.append(message.time_usec)

@@ -9,8 +9,8 @@ from protocol.parameter_table import load_parameters
 from sim_bridge.equipment.sensors import Sample
 from sim_bridge.plants.turning_rate import TurningRatePlant
 from sim_bridge.plants.turning_rate_settings import TurningRateSettings
-from sim_bridge.runtimes.interface import clock_us
 from sim_bridge.runtimes.memory import MemoryRuntime
+from sim_bridge.runtimes.tick_output import clock_us
 from sim_bridge.wind.air import Air
 from sim_bridge.wind.wind_settings import WindSettings
 

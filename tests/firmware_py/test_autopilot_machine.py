@@ -34,7 +34,7 @@ from firmware_py.boards.interface import WATCHDOG
 from protocol import dialect
 from protocol.parameter_table import float32, load_parameters
 from sim_bridge.equipment.sensors import Sample
-from sim_bridge.runtimes.interface import clock_us
+from sim_bridge.runtimes.tick_output import clock_us
 
 TICKS = Counter[int]()  # by mode, over all histories of a run
 COMMANDS = {

@@ -28,7 +28,7 @@ from firmware_py.parameters.values import Parameters
 from firmware_py.services.inbox import Inbox
 from protocol import dialect
 from sim_bridge.equipment.sensors import Sample
-from sim_bridge.runtimes.interface import clock_us
+from sim_bridge.runtimes.tick_output import clock_us
 
 ACCEPTED, REJECTED = dialect.MAV_RESULT_ACCEPTED, dialect.MAV_RESULT_TEMPORARILY_REJECTED
 STALE_TICKS = 25  # STALE_TIME, 0.5 s

@@ -25,7 +25,7 @@ from firmware_bench import (
 )
 
 from protocol import dialect
-from sim_bridge.runtimes.interface import clock_us
+from sim_bridge.runtimes.tick_output import clock_us
 
 ACCEPTED, DENIED = dialect.MAV_RESULT_ACCEPTED, dialect.MAV_RESULT_DENIED
 REJECTED, UNSUPPORTED = dialect.MAV_RESULT_TEMPORARILY_REJECTED, dialect.MAV_RESULT_UNSUPPORTED

@@ -12,8 +12,8 @@ from protocol.parameter_table import load_parameters
 from sim_bridge.flight.flight import Flight
 from sim_bridge.links.ground_path import GroundLink
 from sim_bridge.links.link_settings import LinkSettings, PathSettings
-from sim_bridge.runtimes.interface import TickOutput, clock_us
 from sim_bridge.runtimes.memory import MemoryRuntime
+from sim_bridge.runtimes.tick_output import TickOutput, clock_us
 from sim_bridge.scenario.scenario import Scenario, load_scenario
 from tests.ground.operator_at_work import Operator
 
@@ -153,7 +153,7 @@ class _Suspended(MemoryRuntime):
 
     def exchange(self, *inputs, **named) -> TickOutput:
         """Nothing comes of anything."""
-        return TickOutput([], None, [], [])
+        return TickOutput()
 
 
 class FlyingKite(SimulatedKite):

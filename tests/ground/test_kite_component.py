@@ -16,7 +16,8 @@ from kite_analysis.flights.record import COLUMNS, FlightRecord
 from kite_analysis.flights.telemetry import read_tlog_record
 from kite_analysis.flights.tlog import TlogWriter, read_tlog
 from protocol import dialect
-from sim_bridge.flight.flight import Flight, TickRecord
+from sim_bridge.flight.flight import Flight
+from sim_bridge.flight.tick_record import TickRecord
 from sim_bridge.runtimes.memory import MemoryRuntime
 from sim_bridge.scenario.scenario import load_scenario
 

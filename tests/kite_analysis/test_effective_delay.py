@@ -30,13 +30,13 @@ class FlownLoop:
         for _ in range(round(duration_s * HZ)):
             now = self._time
             self._down.send(now, (now, self.cross_track, self.course), 1)
-            self._seen = max([self._seen, *(item for _, item in self._down.due(now))], key=lambda item: item[0])
+            self._seen = max([self._seen, *(parcel.item for parcel in self._down.due(now))], key=lambda item: item[0])
             rate = self._gain * (OUTER_L * self._seen[1] - self._seen[2])
             self._up.send(now, (now, rate, self._seen[0]), 1)
-            for arrived, command in self._up.due(now + PERIOD):
-                self._advance(max(arrived, self._time))
-                if command[0] >= self._held[0]:
-                    self._held = command
+            for parcel in self._up.due(now + PERIOD):
+                self._advance(max(parcel.time_s, self._time))
+                if parcel.item[0] >= self._held[0]:
+                    self._held = parcel.item
             self._advance(now + PERIOD)
 
     def growth(self) -> float:

@@ -22,9 +22,9 @@ from sim_bridge.links.port import open_port
 from sim_bridge.runs.hardware_in_the_loop import board_report, delay_problem, fly_board, link_warnings
 from sim_bridge.runs.run import RunOptions
 from sim_bridge.runtimes.inproc import InprocRuntime
-from sim_bridge.runtimes.interface import clock_us
 from sim_bridge.runtimes.interpreter import find_interpreter, micropython_command
 from sim_bridge.runtimes.process import micropython_and_firmware
+from sim_bridge.runtimes.tick_output import clock_us
 from sim_bridge.scenario.scenario import load_scenario
 
 BAUD = 115200
@@ -188,8 +188,8 @@ class LateBoard(InprocRuntime):
 
     def exchange(self, tick, time_s, samples, requests, datagrams):
         output = super().exchange(tick, time_s, samples, requests, datagrams)
-        steering = [(time_s + self._delay_s, float(sample[0])) for sample in samples]
-        return output._replace(steering=steering)
+        output.steering = [(time_s + self._delay_s, float(sample[0])) for sample in samples]
+        return output
 
 
 def delay_flown(flight: Flight) -> float:

@@ -14,7 +14,7 @@ from firmware_py.drivers.as5600 import As5600
 from firmware_py.drivers.line_angles import Axis, LineAngles
 from sim_bridge.equipment.sensor_settings import SensorSettings
 from sim_bridge.flight import flight as flights
-from sim_bridge.plants.interface import Truth
+from sim_bridge.plants.truth import Truth
 from sim_bridge.runs.run import RunOptions, run_scenario
 from sim_bridge.scenario.scenario import load_scenario
 from tests.firmware_py.simulated_hardware import encoder_bus

@@ -56,7 +56,8 @@ def test_an_actuator_sensors_a_link_and_a_wind_are_made_in_a_line():
     assert actuator.position == pytest.approx(0.5)
     link = LinkDirection(LinkSettings(delay_s=0.1), seed="1")
     link.send(0.0, "a frame", size=50)
-    assert link.due(0.1) == [(0.1, "a frame")]
+    parcel, = link.due(0.1)
+    assert (parcel.time_s, parcel.item) == (0.1, "a frame")
     wind = Wind(WindSettings(gusts="dryden", turbulence_intensity=0.1), period_s=0.02, seed=1, height_m=60.0)
     wind.advance()
     assert wind.air.speed_m_s == 8.0 and wind.air.along

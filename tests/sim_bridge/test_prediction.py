@@ -10,9 +10,10 @@ from typing import Any
 
 import pytest
 
-from firmware_py.mavlink.generated_messages import NAMED_VALUE_FLOAT
+from protocol import dialect
 from sim_bridge.flight.flight import Flight
 from sim_bridge.flight.truth_columns import COLUMNS
+from sim_bridge.links.wire import BridgeCodec
 from sim_bridge.runs.run import RunOptions, run_scenario
 from sim_bridge.runtimes.inproc import InprocRuntime
 from sim_bridge.runtimes.interpreter import micropython_command
@@ -183,15 +184,17 @@ def test_the_estimate_is_told_and_every_runtime_tells_the_same():
 
 
 def test_the_estimate_is_in_the_telemetry():
-    told: list[Any] = []
-    runtime = InprocRuntime()
-    flight = Flight(scenario_with("small-kite", TURN_K=0.36), runtime, watch=lambda tick: told.extend(
-        values for message, values in tick.output.replies if message == NAMED_VALUE_FLOAT))
+    frames: list[bytes] = []
+    runtime = InprocRuntime(keep_frames=True)
+    flight = Flight(scenario_with("small-kite", TURN_K=0.36), runtime,
+                    watch=lambda tick: frames.extend(tick.output.frames))
     flight.fly(30.0)
+    told = [message for message in BridgeCodec().decode(b"".join(frames))
+            if isinstance(message, dialect.MAVLink_named_value_float_message)]
     assert 29 <= len(told) <= 33
-    assert all(values[2].rstrip(b"\0") == b"turn_k" for values in told)
-    assert told[-1][1] == pytest.approx(0.3, rel=0.02)
-    assert [b[0] - a[0] for a, b in pairwise(told)] == [1000] * (len(told) - 1)
+    assert {message.name for message in told} == {"turn_k"}
+    assert told[-1].value == pytest.approx(0.3, rel=0.02)
+    assert [b.time_boot_ms - a.time_boot_ms for a, b in pairwise(told)] == [1000] * (len(told) - 1)
 
 
 @pytest.mark.parametrize("plant", ["one-point", "four-point", "vortex-lattice"])

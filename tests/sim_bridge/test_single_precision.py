@@ -16,6 +16,7 @@ from firmware_py.control import figure_eight, gains, guidance, steering
 from firmware_py.estimation import estimator, turn_k_estimate
 from firmware_py.parameters.values import Parameters
 from firmware_py.prediction import body_rotation, drift, prediction, steering_history
+from sim_bridge.equipment import sensors
 from sim_bridge.runs.run import RunOptions, run_scenario
 from sim_bridge.runtimes import inproc
 from sim_bridge.runtimes.interpreter import find_interpreter
@@ -43,6 +44,7 @@ def store_rounded(self, name, value):
 @pytest.fixture
 def single_precision(monkeypatch):
     on_the_wire, start, put = inproc.as_on_the_wire, Parameters.__init__, Parameters.set
+    as_single = sensors.as_single
 
     def singles(message, values):
         return tuple(np.float32(v) if isinstance(v, float) else v for v in on_the_wire(message, values))
@@ -52,6 +54,7 @@ def single_precision(monkeypatch):
         self.values[:] = [np.float32(value) for value in self.values]
 
     monkeypatch.setattr(inproc, "as_on_the_wire", singles)
+    monkeypatch.setattr(sensors, "as_single", lambda value: np.float32(as_single(value)))
     monkeypatch.setattr(Parameters, "__init__", start_single)
     monkeypatch.setattr(Parameters, "set", lambda self, index, value: put(self, index, np.float32(value)))
     for module in MODULES:

@@ -28,10 +28,11 @@ def scenario_with(scenario, **wind):
 
 
 def airs(settings, count, period_s=0.02, seed=1, line_m=100.0):
-    """The wind at t = 0, period_s, 2 period_s, ... as an array of Airs; the eight at 40 deg on a line of `line_m`."""
+    """The wind at t = 0, period_s, 2 period_s, ... as fields of Air, a row each; the eight at 40 deg."""
     wind, rows = Wind(settings, period_s, seed, line_m * math.sin(math.radians(40.0))), []
     for _ in range(count):
-        rows.append(wind.air)
+        air = wind.air
+        rows.append((air.speed_m_s, air.direction_rad, air.along, air.across, air.vertical))
         wind.advance()
     return np.array(rows)
 

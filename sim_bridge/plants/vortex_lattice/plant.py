@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_bridge.errors import ScenarioError
-from sim_bridge.plants.interface import Vector
 from sim_bridge.plants.particles import Points
 from sim_bridge.plants.tether import GRAVITY, Tether, add_tether_loads
 from sim_bridge.plants.tethered_kite import TetheredKite, tangent_part
+from sim_bridge.plants.truth import Vector
 from sim_bridge.plants.vortex_lattice.steady_flight import Kite, SteadyFlight, steady_flight
 from sim_bridge.plants.vortex_lattice.wing_flow import WingFlow
 from sim_bridge.plants.vortex_lattice.wing_geometry import ArcWing, Rows, panels
