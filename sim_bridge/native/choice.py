@@ -1,0 +1,73 @@
+"""Chooses the loop that flies: the compiled build of it, where there is one of these very sources, or the sources.
+
+The choice comes before the first import of a module of the loop. Both fly the same to the last bit.
+"""
+
+import hashlib
+import importlib.util
+import json
+import os
+import sys
+import sysconfig
+from importlib.abc import MetaPathFinder
+from importlib.machinery import EXTENSION_SUFFIXES, ModuleSpec
+from typing import Any
+
+from sim_bridge.native.modules import ABOUT, BUILD, MODULES, ROOT
+
+COMPILED, INTERPRETED = "compiled", "interpreted"
+VARIABLE = "KITEPILOT_LOOP"  # in the environment: "interpreted" forces that for all programs
+
+
+class _Finder(MetaPathFinder):
+    """Finds the modules of the loop in the build."""
+
+    def __init__(self, files: dict[str, str]):
+        self._files = files
+
+    def find_spec(self, fullname: str, path: Any, target: Any = None) -> ModuleSpec | None:
+        """The compiled module of that name, or None."""
+        file = self._files.get(fullname)
+        return importlib.util.spec_from_file_location(fullname, BUILD / file) if file else None
+
+
+def choose_loop(interpreted: bool = False) -> str | None:
+    """Have the loop's modules imported from the build, unless `interpreted` is asked for, or there is none that fits.
+
+    Returns what to tell the user: why a build that is there is not used, None if there is nothing to tell. Where a
+    module of the loop has been imported already, all stays as it is.
+    """
+    if interpreted or os.environ.get(VARIABLE) == INTERPRETED or not ABOUT.exists():
+        return None
+    if any(name in sys.modules for name in MODULES):
+        return None
+    try:
+        about = json.loads(ABOUT.read_text("utf-8"))
+        misfit, files = _misfit(about), about["modules"]
+    except (OSError, ValueError, KeyError) as error:
+        misfit, files = f"cannot be read ({error})", {}
+    if misfit is not None:
+        return f"the compiled loop {misfit}: flying interpreted; `make compiled` builds it anew"
+    sys.meta_path.insert(0, _Finder(files))
+    return None
+
+
+def loop_in_use() -> str:
+    """COMPILED or INTERPRETED: what the flight's own module was loaded from."""
+    module = importlib.import_module("sim_bridge.flight.flight")
+    return COMPILED if str(module.__file__).endswith(tuple(EXTENSION_SUFFIXES)) else INTERPRETED
+
+
+def digest_of(file: str) -> str:
+    """Fingerprint of a source file, whose name is relative to the packages' folder."""
+    return hashlib.sha256((ROOT / file).read_bytes()).hexdigest()
+
+
+def _misfit(about: dict[str, Any]) -> str | None:
+    """Why the build does not fit what is here, or None."""
+    if about["suffix"] != sysconfig.get_config_var("EXT_SUFFIX"):
+        return "is for another Python"
+    for file, digest in about["sources"].items():
+        if not (ROOT / file).exists() or digest_of(file) != digest:
+            return f"is of other sources ({file} has changed)"
+    return None
