@@ -3,7 +3,7 @@
 J. H. Baayen, "Trajectory tracking control of kites with system delay" (2012), section 2.2.
 """
 
-from math import pi
+from math import pi, remainder, tau
 
 import numpy as np
 
@@ -58,10 +58,15 @@ def _stay(strands: Array, distances: Array, first: int, half_width: float) -> li
         near = 0 if one <= other else 1
         far = 1 - near
         nearest, next_nearest = (one, other) if near == 0 else (other, one)
-        leaps = abs(wrap(places[near] - s)) > _JUMP_RAD
-        lost = next_nearest > half_width and nearest < _MUCH_NEARER * next_nearest
-        back = abs(wrap(places[far] - s)) > _JUMP_RAD
-        strand = far if leaps and not lost and not back else near
+        strand = near
+        if _leaps(s, places[near]):
+            lost = next_nearest > half_width and nearest < _MUCH_NEARER * next_nearest
+            if not lost and not _leaps(s, places[far]):
+                strand = far
         followed.append(strand)
         s = places[strand]
     return followed
+
+
+def _leaps(s: float, to: float) -> bool:
+    return abs(remainder(to - s, tau)) > _JUMP_RAD

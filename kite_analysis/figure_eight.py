@@ -55,10 +55,22 @@ class TargetEight(NamedTuple):
         return unit_position(*self.angles(s))
 
     def derivatives(self, s: Array) -> tuple[Array, Array]:
-        """First and second derivative of the position by `s`, by central differences of 1e-4 rad."""
-        step = 1e-4
-        before, here, behind = self.position(s - step), self.position(s), self.position(s + step)
-        return (behind - before) / (2 * step), (behind - 2 * here + before) / step**2
+        """First and second derivative of the position by `s`, each (n, 3)."""
+        sin_s, cos_s = np.sin(s), np.cos(s)
+        azimuth = self.azimuth + self.half_width * sin_s
+        elevation = self.elevation + 2 * self.half_height * sin_s * cos_s
+        azimuth_rate, elevation_rate = self.half_width * cos_s, 2 * self.half_height * (1 - 2 * sin_s * sin_s)
+        east, north, level, up = np.sin(azimuth), np.cos(azimuth), np.cos(elevation), np.sin(elevation)
+        rise = up * elevation_rate  # how fast the level part shrinks
+        around = level * azimuth_rate
+        squares = level * (azimuth_rate * azimuth_rate + elevation_rate * elevation_rate)
+        second_rate = -8 * self.half_height * sin_s * cos_s  # of the elevation
+        inward = squares + up * second_rate
+        aside = level * self.half_width * sin_s + 2 * rise * azimuth_rate
+        return (
+            np.stack([-rise * north - around * east, around * north - rise * east, level * elevation_rate], axis=-1),
+            np.stack([aside * east - inward * north, -aside * north - inward * east,
+                      level * second_rate - rise * elevation_rate], axis=-1))
 
     def course(self, s: Array) -> Array:
         """Turning angle [rad] of the flight along the curve at `s`."""
