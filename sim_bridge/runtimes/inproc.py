@@ -1,6 +1,7 @@
 """The firmware's own objects in this process: no sockets and no codec, but every field rounded as the wire does."""
 
 import struct
+from collections.abc import Sequence
 from typing import Any
 
 from firmware_py.autopilot import Autopilot
@@ -8,6 +9,7 @@ from firmware_py.generated_enums import MAV_COMP_ID_AUTOPILOT1, MAV_COMP_ID_USER
 from firmware_py.mavlink.budget import LinkBudget
 from firmware_py.mavlink.encoder import LONGEST_FRAME, Encoder
 from firmware_py.mavlink.generated_messages import HEARTBEAT, HIL_ACTUATOR_CONTROLS, KITE_SENSORS, KITE_STATE, MESSAGES
+from firmware_py.services.inbox import Inbox
 from protocol.messages import KiteState
 from sim_bridge.equipment.sensors import Sample
 from sim_bridge.links.wire import BRIDGE_COMPONENT, BRIDGE_SYSTEM, with_names
@@ -17,7 +19,7 @@ _AROUND = 12  # bytes of a frame that are no payload
 _LAYOUTS = {message: struct.Struct(layout) for message, (layout, *_) in MESSAGES.items()}
 
 
-def as_on_the_wire(message: int, values: tuple[Any, ...]) -> tuple[Any, ...]:
+def as_on_the_wire(message: int, values: Sequence[Any]) -> tuple[Any, ...]:
     """`values` as they come out at the other end: floats in single precision, text padded with zeros."""
     layout = _LAYOUTS[message]
     return layout.unpack(layout.pack(*values))
@@ -33,6 +35,7 @@ class DirectLink:
         self.replies: list[Message] = []
         self.frames: list[bytes] = []
         self.budget = LinkBudget(0)
+        self.lockstep = True
         self._encoders = (Encoder(1, MAV_COMP_ID_AUTOPILOT1), Encoder(1, MAV_COMP_ID_USER1)) if keep_frames else ()
 
     def set_system(self, system: int) -> None:
@@ -40,11 +43,11 @@ class DirectLink:
         for encoder in self._encoders:
             encoder.system = system
 
-    def answer(self, message: int, values: tuple[Any, ...]) -> None:
+    def answer(self, message: int, values: Sequence[Any]) -> None:
         """Take an answer from the firmware."""
         self.budget.spend_on_answer(self.send(message, values))
 
-    def send(self, message: int, values: tuple[Any, ...]) -> int:
+    def send(self, message: int, values: Sequence[Any]) -> int:
         """Take a message from the firmware; the bytes that its frame has on the wire."""
         wired = as_on_the_wire(message, values)
         if message == HIL_ACTUATOR_CONTROLS:
@@ -60,6 +63,10 @@ class DirectLink:
             end = self._encoders[message == KITE_STATE].encode(buffer, 0, message, values)
             self.frames.append(bytes(buffer[:end]))
         return _AROUND + max(1, len(_LAYOUTS[message].pack(*values).rstrip(b"\0")))
+
+    def receive(self, inbox: Inbox, most: int = 0) -> int:
+        """Nothing comes this way: `exchange` fills the inbox."""
+        return 0
 
     def flush(self) -> None:
         """Nothing waits here."""
