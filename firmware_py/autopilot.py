@@ -26,9 +26,17 @@ from .services.telemetry import Telemetry
 from .sphere import wrap
 from .timing import Timing
 
-_UPTIME = 0  # places in HIL_ACTUATOR_CONTROLS
-_STEERING = 2
-_STEERED = (KITE_MODE_PARK, KITE_MODE_TRACK)  # by the control laws
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Final
+
+    from .boards.interface import Retained, Storage
+    from .control.interface import Kite, OuterLoop
+    from .mavlink.interface import Link
+
+_UPTIME = 0  # type: Final  # places in HIL_ACTUATOR_CONTROLS
+_STEERING = 2  # type: Final
+_STEERED = (KITE_MODE_PARK, KITE_MODE_TRACK)  # type: Final[tuple[int, ...]]  # by the control laws
 
 
 class Autopilot:
@@ -39,13 +47,16 @@ class Autopilot:
     `storage`, `retained` and `reset_cause` are the board's (boards/interface.py); without them nothing is stored.
     """
 
-    def __init__(self, link, lockstep=False, storage=None, retained=None, reset_cause=None):
+    def __init__(
+        self, link: "Link", lockstep: bool = False, storage: "Storage | None" = None,
+        retained: "Retained | None" = None, reset_cause: str | None = None
+    ) -> None:
         self.link = link
         self.inbox = Inbox()
         self.parameters = Parameters()
         self.curve = FigureEight()
         self.kite = Estimator()
-        self.guidance = Guidance(self.curve)
+        self.guidance: "OuterLoop" = Guidance(self.curve)
         self.steering = Steering()
         self.history = SteeringHistory()
         self.prediction = Prediction(self.history)
@@ -58,23 +69,24 @@ class Autopilot:
         self.dispatcher = Dispatcher(
             self.parameters, self.modes, self.kite, self.turn_k, self.keeper, link, self.telemetry, self.timing
         )
-        self.target_course = 0.0
-        self.period_us = 20000
+        self.target_course: float = 0.0
+        self.period_us: int = 20000
         flags = HIL_ACTUATOR_CONTROLS_FLAGS_LOCKSTEP if lockstep else 0
-        self._controls = [0, flags] + [0.0] * 16 + [0]  # kept: a board looks long for the place of a new one
-        self._uptime_us = 0  # does not wrap
-        self._last_tick = None
-        self._elapsed_us = 0  # between the last two ticks
-        self._behind_us = 0  # of the loop's beat: time that is not in the steering's history yet
-        self._loaded = -1
+        # Kept: a board looks long for the place of a new one.
+        self._controls: list[int | float] = [0, flags] + [0.0] * 16 + [0]
+        self._uptime_us: int = 0  # does not wrap
+        self._last_tick: int | None = None
+        self._elapsed_us: int = 0  # between the last two ticks
+        self._behind_us: int = 0  # of the loop's beat: time that is not in the steering's history yet
+        self._loaded: int = -1
         self.keeper.start(reset_cause)
 
-    def tick(self, now):
+    def tick(self, now: int) -> None:
         """Run the loop once at `now` [us, wrapped]. The link has put what arrived into `inbox` before."""
         self.steer(now, 0)
         self.serve(now)
 
-    def steer(self, now, late_us):
+    def steer(self, now: int, late_us: int) -> None:
         """The first half of a tick, that begins `late_us` after it was due: from the newest sample to the steering.
 
         The steering is left with the link.
@@ -98,55 +110,57 @@ class Autopilot:
         self.link.send(HIL_ACTUATOR_CONTROLS, self._controls)
         self._elapsed_us = elapsed_us
 
-    def serve(self, now):
+    def serve(self, now: int) -> None:
         """The second half: what was asked, what is to be kept, and what is told."""
         self.dispatcher.serve(self.inbox, now, self._uptime_us)
         self.keeper.update(self._elapsed_us, self._uptime_us)  # before the flush: what is acknowledged is kept
         self.telemetry.send_due(now, self._uptime_us)
         self.link.flush()
 
-    def _whole_ticks(self, elapsed_us):
+    def _whole_ticks(self, elapsed_us: int) -> int:
         """Periods that went by with this tick, 1 at least; what is left of a period counts with the next."""
         behind_us = min(self._behind_us + elapsed_us, self.period_us * ROOM)
         ticks = max(1, (behind_us + self.period_us // 2) // self.period_us)
         self._behind_us = max(behind_us - ticks * self.period_us, -self.period_us)
         return ticks
 
-    def _load_parameters(self):
+    def _load_parameters(self) -> None:
         """Take all settings over at once, between two ticks."""
         values = self.parameters.values
-        for config in (
-            self.curve, self.kite.config, self.guidance.config, self.steering.config, self.prediction.config,
-            self.history, self.turn_k,
-        ):
-            config.load(values)
+        self.curve.load(values)
+        self.kite.config.load(values)
+        self.guidance.config.load(values)
+        self.steering.config.load(values)
+        self.prediction.config.load(values)
+        self.history.load(values)
+        self.turn_k.load(values)
         self.gains.load(values, self.turn_k)
         self.period_us = int(1000000 / values[LOOP_HZ])
         self.link.set_system(int(values[SYSTEM_ID]))
         self._loaded = self.parameters.version
 
-    def _learn(self, now):
+    def _learn(self, now: int) -> None:
         """Let what adapts in flight see a new sample, in the tick that was due at `now`."""
         self.prediction.note_sample(self.kite, now)
         self.turn_k.take(self.kite, self.prediction.steering_at_sample(self.kite, now))
         self.gains.update(self.kite, self.turn_k)
 
-    def _steer(self, fresh, now, late_us):
+    def _steer(self, fresh: bool, now: int, late_us: int) -> None:
         """Let the mode's law steer, in the tick that was due at `now`."""
-        kite = self.kite
+        kite: "Kite" = self.kite
         gains = self.gains
         mode = self.modes.mode
         dt = self.period_us * 1e-6
         predicted = self.prediction.config.delay_us and not self.modes.stale and mode in _STEERED
         if predicted:
             kite = self.prediction
-            kite.update(self.kite, now, gains.turn_k, late_us)
+            self.prediction.update(self.kite, now, gains.turn_k, late_us)
         if fresh:
             self.guidance.scan(self.kite.frame, self.kite.course)
         if mode != KITE_MODE_TRACK or self.modes.stale:
             self.guidance.stop()
         elif predicted:
-            self.guidance.step_exactly(kite, gains)
+            self.guidance.step_exactly(self.prediction, gains)
         elif fresh or not self.guidance.running:
             self.guidance.step(self.kite.frame, gains, self.kite.interval)
         self.target_course = steer_by_mode(self.modes, self.guidance, self.steering, kite, gains, dt)

@@ -6,11 +6,15 @@ meridian and e2 = gamma x e1; the turning angle is measured from e1 towards e2.
 
 from math import atan2, cos, pi, sin, sqrt
 
-_TWO_PI = 2 * pi
-_LEVEL = 1e-6  # so near to the zenith there is no azimuth [rad]
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Final
+
+_TWO_PI = 2 * pi  # type: Final
+_LEVEL = 1e-6  # type: Final  # so near to the zenith there is no azimuth [rad]
 
 
-def wrap(angle):
+def wrap(angle: float) -> float:
     """`angle` [rad] brought into (-pi, pi]."""
     angle %= _TWO_PI
     return angle - _TWO_PI if angle > pi else angle
@@ -22,10 +26,19 @@ class TangentFrame:
     Set from azimuth and elevation, so that e1 stays defined by the azimuth even at the zenith.
     """
 
-    def __init__(self):
+    x: float
+    y: float
+    z: float
+    e1x: float
+    e1y: float
+    e1z: float
+    e2x: float
+    e2y: float
+
+    def __init__(self) -> None:
         self.set(0.0, 0.0)
 
-    def set(self, azimuth, elevation):
+    def set(self, azimuth: float, elevation: float) -> None:
         """Move to `azimuth` and `elevation` [rad]."""
         cos_azimuth = cos(azimuth)
         sin_azimuth = sin(azimuth)
@@ -40,7 +53,7 @@ class TangentFrame:
         self.e2x = sin_azimuth
         self.e2y = -cos_azimuth
 
-    def set_position(self, x, y, z):
+    def set_position(self, x: float, y: float, z: float) -> None:
         """Move to a unit position; straight above, the azimuth stays."""
         self.x = x
         self.y = y
@@ -52,15 +65,15 @@ class TangentFrame:
         self.e1x = z * self.e2y
         self.e1y = -z * self.e2x
 
-    def up(self, x, y, z):
+    def up(self, x: float, y: float, z: float) -> float:
         """Component along e1 of a vector."""
         return self.e1x * x + self.e1y * y + self.e1z * z
 
-    def across(self, x, y):
+    def across(self, x: float, y: float) -> float:
         """Component along e2 of a vector, which needs its x and y only."""
         return self.e2x * x + self.e2y * y
 
-    def distance_to(self, x, y, z):
+    def distance_to(self, x: float, y: float, z: float) -> float:
         """Great-circle distance [rad] to a unit vector."""
         up = self.up(x, y, z)
         across = self.across(x, y)

@@ -1,6 +1,6 @@
 """Draws docs/architecture.md's pictures from the imports: `make architecture`. Mermaid, which GitHub renders.
 
-An arrow means "imports"; one that a longer way implies is left out.
+An arrow means "imports" when it runs, not for a type alone; one that a longer way implies is left out.
 """
 
 import re
@@ -16,12 +16,12 @@ Graph = dict[str, set[str]]
 
 def rooms_of(package: str) -> Graph:
     """What each room of a package imports of the others: its sub-packages, and the modules beside them."""
-    return _by_part(grimp.build_graph(package, cache_dir=None), 1)
+    return _by_part(grimp.build_graph(package, cache_dir=None, exclude_type_checking_imports=True), 1)
 
 
 def houses() -> Graph:
     """What each package imports of the others."""
-    return _by_part(grimp.build_graph(*HOUSE, cache_dir=None), 0)
+    return _by_part(grimp.build_graph(*HOUSE, cache_dir=None, exclude_type_checking_imports=True), 0)
 
 
 def _by_part(graph: grimp.ImportGraph, part: int) -> Graph:

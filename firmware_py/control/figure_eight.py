@@ -18,29 +18,33 @@ from ..parameters.generated_parameters import (
     WINDOW_ANGLE,
 )
 
-_CHECKED_POINTS = 24  # on half of the eight
-_POINTS_PER_CALL = 3
-_HIGHEST = 85.0  # [deg]
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Final
+
+_CHECKED_POINTS = 24  # type: Final  # on half of the eight
+_POINTS_PER_CALL = 3  # type: Final
+_HIGHEST = 85.0  # type: Final  # [deg]
 
 # The parameters on which it depends whether an eight can be flown.
 CURVE_PARAMETERS = (
     EIGHT_AZIMUTH, EIGHT_ELEVATION, EIGHT_HALF_H, EIGHT_HALF_W, EIGHT_LEAST_EL, LINE_LENGTH, STEER_MAX, TURN_K,
     WINDOW_ANGLE,
-)
-_LEAST_TURNING = 1e-6  # turning per distance flown [rad/rad] of a kite that hardly steers at all
+)  # type: Final[tuple[int, ...]]
+_LEAST_TURNING = 1e-6  # type: Final  # turning per distance flown [rad/rad] of a kite that hardly steers at all
 
 
 class FigureEight:
     """The eight as configured: angles in radians, `direction` of flight along s is +1.0 or -1.0."""
 
-    def __init__(self):
-        self.azimuth = 0.0
-        self.elevation = 0.0
-        self.half_width = 0.0
-        self.half_height = 0.0
-        self.direction = 1.0
+    def __init__(self) -> None:
+        self.azimuth: float = 0.0
+        self.elevation: float = 0.0
+        self.half_width: float = 0.0
+        self.half_height: float = 0.0
+        self.direction: float = 1.0
 
-    def load(self, values):
+    def load(self, values: list[float]) -> None:
         """Load the settings from the parameters' `values`."""
         self.azimuth = radians(values[EIGHT_AZIMUTH])
         self.elevation = radians(values[EIGHT_ELEVATION])
@@ -48,13 +52,13 @@ class FigureEight:
         self.half_height = radians(values[EIGHT_HALF_H])
         self.direction = values[EIGHT_DIRECTION]
 
-    def at(self, s):
+    def at(self, s: float) -> tuple[float, float, float, float, float, float]:
         """Unit position at `s` and its derivative by s: (x, y, z, dx, dy, dz)."""
         point = CurvePoint(self)
         point.go_to(s)
         return point.x, point.y, point.z, point.dx, point.dy, point.dz
 
-    def geodesic_curvature(self, s):
+    def geodesic_curvature(self, s: float) -> float:
         """Turning per distance flown [rad/rad] at `s`, without meridian convergence; the way for each s."""
         point = CurvePoint(self)
         point.go_to(s)
@@ -64,21 +68,24 @@ class FigureEight:
 class CurvePoint:
     """A point that goes along a `curve`: unit position x, y, z, derivative by s dx, dy, dz, and its length `pace`."""
 
-    def __init__(self, curve):
+    def __init__(self, curve: "FigureEight") -> None:
         self._curve = curve
-        self.x = 1.0
-        self.y = self.z = 0.0
-        self.dx = self.dy = self.dz = 0.0
-        self.square = 0.0  # of the pace
-        self.pace = 0.0
-        self._sin_s = 0.0
-        self._level = 1.0  # cosine of the elevation
-        self._height = 0.0  # 2 B cos s
-        self._east = 0.0
-        self._azimuth_rate = 0.0
-        self._elevation_rate = 0.0
+        self.x: float = 1.0
+        self.y: float = 0.0
+        self.z: float = 0.0
+        self.dx: float = 0.0
+        self.dy: float = 0.0
+        self.dz: float = 0.0
+        self.square: float = 0.0  # of the pace
+        self.pace: float = 0.0
+        self._sin_s: float = 0.0
+        self._level: float = 1.0  # cosine of the elevation
+        self._height: float = 0.0  # 2 B cos s
+        self._east: float = 0.0
+        self._azimuth_rate: float = 0.0
+        self._elevation_rate: float = 0.0
 
-    def go_to(self, s):
+    def go_to(self, s: float) -> None:
         """Go to `s`."""
         curve = self._curve
         sin_s = self._sin_s = sin(s)
@@ -103,7 +110,7 @@ class CurvePoint:
         square = self.square = elevation_rate * elevation_rate + east * east
         self.pace = sqrt(square)
 
-    def geodesic_curvature(self):
+    def geodesic_curvature(self) -> float:
         """Turning per distance flown [rad/rad] here, without meridian convergence.
 
         With east = cos(elevation) azimuth': (east elevation'' - east' elevation') / w^2 + east tan(elevation), over w,
@@ -123,18 +130,18 @@ class CurveCheck:
     The eight's two halves are mirror images, so only one is checked: the one further from downwind.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._curve = FigureEight()
-        self._first = 0.0  # the s that the half begins with
-        self._next = 0
-        self._most_curvature = 0.0
-        self._curvature = 0.0
-        self._window = 0.0
-        self._window_angle = 0.0
-        self.done = False
-        self.problem = None  # in at most 50 characters, when done
+        self._first: float = 0.0  # the s that the half begins with
+        self._next: int = 0
+        self._most_curvature: float = 0.0
+        self._curvature: float = 0.0
+        self._window: float = 0.0
+        self._window_angle: float = 0.0
+        self.done: bool = False
+        self.problem: str | None = None  # in at most 50 characters, when done
 
-    def begin(self, values, line_length):
+    def begin(self, values: list[float], line_length: float) -> None:
         """Start on the eight of the parameters' `values`, flown on a line of `line_length` [m]."""
         curve = self._curve
         curve.load(values)
@@ -152,7 +159,7 @@ class CurveCheck:
             self.problem = "eight goes over the zenith"
         self.done = self.problem is not None
 
-    def advance(self):
+    def advance(self) -> None:
         """Check the next few points."""
         for _ in range(_POINTS_PER_CALL):
             if self.done:

@@ -15,26 +15,33 @@ from ..parameters.generated_parameters import (
     TURN_K,
 )
 
-_SMOOTHING = 2.0  # gusts are not to be seen in the gains [s]
-_MOST = 50.0  # of either gain, as of the parameters INNER_P and OUTER_L
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Final
+
+    from ..estimation.estimator import Estimator
+    from ..estimation.turn_k_estimate import TurnKEstimate
+
+_SMOOTHING = 2.0  # type: Final  # gusts are not to be seen in the gains [s]
+_MOST = 50.0  # type: Final  # of either gain, as of the parameters INNER_P and OUTER_L
 
 
 class Gains:
     """`gain_p` [1/s], `gain_l`, and the turning-rate constant `turn_k` [rad/m] that the laws divide by."""
 
-    def __init__(self):
-        self.gain_p = 0.0
-        self.gain_l = 0.0
-        self.turn_k = 1.0
-        self._scheduled = False  # the gains follow the flight
-        self._active = False  # they are to, from the next sample on
-        self._delay = 0.0  # tau' [s]
-        self._p_tau = 0.0
-        self._l_tau = 0.0
-        self._airspeed_min = 1.0
-        self._speed = 0.0  # v / R, smoothed [1/s]
+    def __init__(self) -> None:
+        self.gain_p: float = 0.0
+        self.gain_l: float = 0.0
+        self.turn_k: float = 1.0
+        self._scheduled: bool = False  # the gains follow the flight
+        self._active: bool = False  # they are to, from the next sample on
+        self._delay: float = 0.0  # tau' [s]
+        self._p_tau: float = 0.0
+        self._l_tau: float = 0.0
+        self._airspeed_min: float = 1.0
+        self._speed: float = 0.0  # v / R, smoothed [1/s]
 
-    def load(self, values, estimate):
+    def load(self, values: list[float], estimate: "TurnKEstimate") -> None:
         """Load the settings from the parameters' `values`; K from `estimate` (a TurnKEstimate) if that is in use."""
         self._active = values[GAIN_TAU] > 0.0
         self._scheduled = self._scheduled and self._active
@@ -47,7 +54,7 @@ class Gains:
             self.gain_l = values[OUTER_L]
         self.turn_k = estimate.value if estimate.in_use else values[TURN_K]
 
-    def update(self, kite, estimate):
+    def update(self, kite: "Estimator", estimate: "TurnKEstimate") -> None:
         """Follow a new sample of the `kite` (an Estimator) and the `estimate` of K."""
         if estimate.in_use:
             self.turn_k = estimate.value

@@ -9,23 +9,32 @@ from ..parameters.generated_parameters import FF_FILTER
 from ..sphere import wrap
 from .figure_eight import CurvePoint
 
-_ITERATIONS = 5
-_CLOSE_ENOUGH = 1e-4  # step in s at which the search ends [rad]
-_CLOSE_EACH_TICK = 3e-4  # the same, where each tick goes on with it
-_LONGEST_STEP = 0.2  # in s [rad], short enough not to reach another strand
-_SCAN_POINTS = 32
-_SCAN_STEP = 2.0 * pi / _SCAN_POINTS
-_LEAST_SHARE = 0.2  # of the distance to a turn's centre that a kite inside it keeps
-_COURSE_WEIGHT = 0.2  # how much flying the right way counts beside being near, when a strand is picked anew
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Final
+
+    from ..prediction.prediction import Prediction
+    from ..sphere import TangentFrame
+    from .figure_eight import FigureEight
+    from .gains import Gains
+
+_ITERATIONS = 5  # type: Final
+_CLOSE_ENOUGH = 1e-4  # type: Final  # step in s at which the search ends [rad]
+_CLOSE_EACH_TICK = 3e-4  # type: Final  # the same, where each tick goes on with it
+_LONGEST_STEP = 0.2  # type: Final  # in s [rad], short enough not to reach another strand
+_SCAN_POINTS = 32  # type: Final
+_SCAN_STEP = 2.0 * pi / _SCAN_POINTS  # type: Final
+_LEAST_SHARE = 0.2  # type: Final  # of the distance to a turn's centre that a kite inside it keeps
+_COURSE_WEIGHT = 0.2  # type: Final  # how much flying the right way counts beside being near, when a strand is picked anew
 
 
 class GuidanceConfig:
     """Settings of the outer loop: `filter_time` [s] of the target's rate."""
 
-    def __init__(self):
-        self.filter_time = 0.0
+    def __init__(self) -> None:
+        self.filter_time: float = 0.0
 
-    def load(self, values):
+    def load(self, values: list[float]) -> None:
         """Load the settings from the parameters' `values`."""
         self.filter_time = values[FF_FILTER]
 
@@ -33,33 +42,33 @@ class GuidanceConfig:
 class Guidance:
     """State of the outer loop; angles in radians, `cross_track` positive when the curve lies on the side gamma x T."""
 
-    def __init__(self, curve):
+    def __init__(self, curve: "FigureEight") -> None:
         self.curve = curve
         self.config = GuidanceConfig()
-        self.path_parameter = 0.0
-        self.target_course = 0.0
-        self.target_rate = 0.0  # [rad/s]
-        self.cross_track = 0.0
-        self.running = False  # True while a strand is followed
+        self.path_parameter: float = 0.0
+        self.target_course: float = 0.0
+        self.target_rate: float = 0.0  # [rad/s]
+        self.cross_track: float = 0.0
+        self.running: bool = False  # True while a strand is followed
         self._point = CurvePoint(curve)  # the nearest
-        self._along = 0.0  # the curve's own direction, carried to the kite [rad]
-        self._side = 0.0  # t . gamma_t
-        self._cosine = 1.0  # of the distance
-        self._exact = False  # True when the target's rate is not from its change
-        self._pace = 0.0  # in s, from one tick to the next [rad]
-        self._close = _CLOSE_ENOUGH
-        self._scan_index = 0
-        self._scan_best = -9.0
-        self._scan_best_s = 0.0
-        self._candidate = None
+        self._along: float = 0.0  # the curve's own direction, carried to the kite [rad]
+        self._side: float = 0.0  # t . gamma_t
+        self._cosine: float = 1.0  # of the distance
+        self._exact: bool = False  # True when the target's rate is not from its change
+        self._pace: float = 0.0  # in s, from one tick to the next [rad]
+        self._close: float = _CLOSE_ENOUGH
+        self._scan_index: int = 0
+        self._scan_best: float = -9.0
+        self._scan_best_s: float = 0.0
+        self._candidate: float | None = None
 
-    def stop(self):
+    def stop(self) -> None:
         """Forget the strand: the next step picks the best one anew."""
         self.running = False
         self.target_rate = 0.0
         self._pace = 0.0
 
-    def scan(self, frame, course):
+    def scan(self, frame: "TangentFrame", course: float) -> None:
         """Look at one more point of the whole curve, so that a far kite finds its way without a costly search."""
         if self._exact and self.running and abs(self.cross_track) < self.curve.half_height:
             self._scan_index = 0  # on its strand, and each tick has enough to do
@@ -80,7 +89,7 @@ class Guidance:
             self._scan_index = 0
             self._scan_best = -9.0
 
-    def step(self, frame, gains, dt):
+    def step(self, frame: "TangentFrame", gains: "Gains", dt: float) -> None:
         """Update the target for the kite at `frame`, `dt` [s] after the step before, with the `gains`."""
         same = self.running
         self._close = _CLOSE_ENOUGH
@@ -96,7 +105,7 @@ class Guidance:
         self._pace = 0.0
         self.running = True
 
-    def step_exactly(self, kite, gains):
+    def step_exactly(self, kite: "Prediction", gains: "Gains") -> None:
         """Update the target for a predicted `kite`, each tick; the target's rate is then no difference."""
         before = self.path_parameter
         self.path_parameter = before + self._pace  # so near that the search has little to do
@@ -109,7 +118,7 @@ class Guidance:
         self.target_rate = self._turning(kite, gains.gain_l)
         self._exact = True
 
-    def _turning(self, kite, gain):
+    def _turning(self, kite: "Prediction", gain: float) -> float:
         """Turning rate [rad/s], beyond the meridians', that keeps the turning-angle error as it is.
 
         With the curve `-side` to the left of the kite's, chi the course against it and v the speed: the curve's
@@ -124,17 +133,18 @@ class Guidance:
         parallel = (curvature * cosine - side) / max(_LEAST_SHARE, cosine + curvature * side)
         return kite.speed * (cos(chi) * parallel - sin(chi) * gain * cosine / (1.0 + slope * slope))
 
-    def _find(self, frame):
+    def _find(self, frame: "TangentFrame") -> None:
         """Go to the nearest point, on the strand that is followed or a better one; `running` tells whether the same."""
         if not self.running and self._candidate is not None:
             self.path_parameter = self._candidate
         self._go_to_nearest(frame)
-        if self._candidate is not None and self._is_lost(frame):
+        candidate = self._candidate
+        if candidate is not None and self._is_lost(frame, candidate):
             self.running = False
-            self.path_parameter = self._candidate
+            self.path_parameter = candidate
             self._go_to_nearest(frame)
 
-    def _go_to_nearest(self, frame):
+    def _go_to_nearest(self, frame: "TangentFrame") -> None:
         """Ascend the cosine of the distance from the last solution.
 
         The first step is Gauss-Newton's, the next ones take the curvature from the change of the slope and stay
@@ -165,16 +175,16 @@ class Guidance:
             point.go_to(s)
         self.path_parameter = s % (2.0 * pi)
 
-    def _is_lost(self, frame):
-        """True when the kite is further off than the eight is wide and the scan knows a much nearer place."""
+    def _is_lost(self, frame: "TangentFrame", candidate: float) -> bool:
+        """True when the kite is further off than the eight is wide and the scan's `candidate` is much nearer."""
         point = self._point
         distance = frame.distance_to(point.x, point.y, point.z)
         if distance < self.curve.half_width:
             return False
-        x, y, z, _, _, _ = self.curve.at(self._candidate)
+        x, y, z, _, _, _ = self.curve.at(candidate)
         return frame.distance_to(x, y, z) < 0.7 * distance
 
-    def _aim(self, frame, gain):
+    def _aim(self, frame: "TangentFrame", gain: float) -> None:
         """Target turning angle: T + L (t . gamma_t) t, with T the curve's tangent carried to the kite."""
         point = self._point
         x = point.x

@@ -2,8 +2,17 @@
 
 from ..generated_enums import KITE_MODE_MANUAL, KITE_MODE_PARK, KITE_MODE_STANDBY
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from ..modes.mode_machine import ModeMachine
+    from .gains import Gains
+    from .interface import Kite, OuterLoop
+    from .steering import Steering
 
-def steer_by_mode(modes, guidance, steering, kite, gains, dt):
+
+def steer_by_mode(
+    modes: "ModeMachine", guidance: "OuterLoop", steering: "Steering", kite: "Kite", gains: "Gains", dt: float
+) -> float:
     """Let `steering` ask for what the mode says, for the next `dt` [s]; return the target turning angle [rad].
 
     `kite` is an estimate, or the prediction. Where there is no target, the kite's own course is returned.

@@ -16,19 +16,24 @@ from ..parameters.generated_parameters import (
 )
 from ..sphere import wrap
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from .gains import Gains
+    from .interface import Kite
+
 
 class SteeringConfig:
     """Settings of the inner loop; see parameters.toml for units."""
 
-    def __init__(self):
-        self.feed_forward = 0.0
-        self.turn_offset = 0.0
-        self.gravity_c = 0.0
-        self.airspeed_min = 1.0
-        self.limit = 1.0
-        self.rate_limit = 0.0
+    def __init__(self) -> None:
+        self.feed_forward: float = 0.0
+        self.turn_offset: float = 0.0
+        self.gravity_c: float = 0.0
+        self.airspeed_min: float = 1.0
+        self.limit: float = 1.0
+        self.rate_limit: float = 0.0
 
-    def load(self, values):
+    def load(self, values: list[float]) -> None:
         """Load the settings from the parameters' `values`."""
         self.feed_forward = values[FF_GAIN]
         self.turn_offset = values[TURN_OFFSET]
@@ -41,13 +46,13 @@ class SteeringConfig:
 class Steering:
     """State of the inner loop: `asked`, the steering in [-1, 1], and what limited it in `status`."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.config = SteeringConfig()
-        self.asked = 0.0
-        self.error = 0.0  # turning-angle error [rad]
-        self.status = 0
+        self.asked: float = 0.0
+        self.error: float = 0.0  # turning-angle error [rad]
+        self.status: int = 0
 
-    def follow(self, target_course, target_rate, kite, gains, dt):
+    def follow(self, target_course: float, target_rate: float, kite: "Kite", gains: "Gains", dt: float) -> None:
         """Steer the `kite` (an estimate) towards `target_course` [rad], which turns at `target_rate` [rad/s].
 
         u = (n (FF_GAIN d(theta_t)/dt + P wrap(theta_t - theta)) - gravity - offset) / (K Va), with n the kite's
@@ -77,19 +82,19 @@ class Steering:
         rate = kite.turning_ratio * rate - config.turn_offset - gravity_rate
         self._limit(rate / full, dt)
 
-    def hold(self, steering, dt):
+    def hold(self, steering: float, dt: float) -> None:
         """Ask for `steering` as given, within the limits."""
         self.status = 0
         self.error = 0.0
         self._limit(steering, dt)
 
-    def release(self):
+    def release(self) -> None:
         """Ask for neutral steering, at once: nobody steers."""
         self.status = 0
         self.error = 0.0
         self.asked = 0.0
 
-    def _limit(self, wanted, dt):
+    def _limit(self, wanted: float, dt: float) -> None:
         config = self.config
         if wanted != wanted:  # not a number steers nowhere  # noqa: PLR0124
             wanted = 0.0
@@ -110,12 +115,12 @@ class Steering:
         self.asked = asked
 
 
-def _within(value, limit):
+def _within(value: float, limit: float) -> float:
     """`value`, or the limit that it is beyond."""
     return limit if value > limit else -limit if value < -limit else value
 
 
-def _still_turning(kite, needed):
+def _still_turning(kite: "Kite", needed: float) -> float:
     """How far the course turns [rad] beyond the target while an actuator with a rate limit comes to what is needed.
 
     It goes from the `steered_turning` that it makes to `needed` [rad/s of the nose] at its `turning_slew`.

@@ -24,33 +24,39 @@ from ..parameters.generated_parameters import (
 )
 from ..sphere import TangentFrame, wrap
 
-_POSITION = KITE_VALID_AZIMUTH | KITE_VALID_ELEVATION
-_HISTORY = 32
-_FROM_COURSE = 1.0
-_FROM_POSITIONS = 2.0
-_FROM_HEADING = 3.0
-_LEAST_DISTANCE = 1.0  # [m]
-_MOST_DISTANCE = 10000.0
-_MOST_AIRSPEED = 200.0  # [m/s]
-_AHEAD_US = 5000000  # a stamp further ahead than this is an error of the sensor's clock, not a link that catches up
-_FOREVER_US = 1 << 29  # ages count no further
-_STANDING = 1e-6  # a chord no longer than this is rounding, and has no direction [rad]
-_SLACK = 0.003  # a jump of this size is sensor noise, however short the time [rad]
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Final
+
+    from ..sample import Sample
+
+_POSITION = KITE_VALID_AZIMUTH | KITE_VALID_ELEVATION  # type: Final
+_HISTORY = 32  # type: Final
+_FROM_COURSE = 1.0  # type: Final
+_FROM_POSITIONS = 2.0  # type: Final
+_FROM_HEADING = 3.0  # type: Final
+_LEAST_DISTANCE = 1.0  # type: Final  # [m]
+_MOST_DISTANCE = 10000.0  # type: Final
+_MOST_AIRSPEED = 200.0  # type: Final  # [m/s]
+_AHEAD_US = 5000000  # type: Final  # a stamp further ahead is an error of the sensor's clock, not a link that catches up
+_FOREVER_US = 1 << 29  # type: Final  # ages count no further
+_STANDING = 1e-6  # type: Final  # a chord no longer than this is rounding, and has no direction [rad]
+_SLACK = 0.003  # type: Final  # a jump of this size is sensor noise, however short the time [rad]
 
 
 class EstimatorConfig:
     """Settings of the estimator, in SI units and radians."""
 
-    def __init__(self):
-        self.airspeed_nominal = 0.0
-        self.course_source = 0.0
-        self.course_window = 0.0
-        self.jump_rate = 0.0
-        self.line_length = 0.0
-        self.speed_min = 0.0
-        self.stale_us = 0
+    def __init__(self) -> None:
+        self.airspeed_nominal: float = 0.0
+        self.course_source: float = 0.0
+        self.course_window: float = 0.0
+        self.jump_rate: float = 0.0
+        self.line_length: float = 0.0
+        self.speed_min: float = 0.0
+        self.stale_us: int = 0
 
-    def load(self, values):
+    def load(self, values: list[float]) -> None:
         """Load the settings from the parameters' `values`."""
         self.airspeed_nominal = values[AIRSPEED_NOM]
         self.course_source = values[COURSE_SOURCE]
@@ -64,52 +70,53 @@ class EstimatorConfig:
 class Estimator:
     """The estimated state of the kite. `frame` is its position with the tangent plane."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.config = EstimatorConfig()
         self.frame = TangentFrame()
-        self.azimuth = 0.0
-        self.elevation = 0.0
-        self.distance = 0.0
-        self.course = 0.0
-        self.heading = 0.0
-        self.airspeed = 0.0
-        self.tether_force = 0.0
-        self.steering = 0.0
-        self.speed = 0.0  # across the sphere [m/s]
-        self.turning_ratio = 1.0  # nose and course are taken to turn alike, by an actuator as fast as need be:
-        self.turning_slew = 0.0  # see Prediction
-        self.valid = 0
-        self.sample_time = 0
-        self.interval = 0.0  # between the last two samples taken [s]
-        self.coasting = False
-        self.dropped = 0
-        self._heard = False
-        self._stale = True
-        self._age_us = 0  # since a sample was accepted
-        self._looked_time = 0  # the sample before this one, accepted or not
-        self._looked_azimuth = 0.0
-        self._looked_elevation = 0.0
-        self._looked_age_us = _FOREVER_US
-        self._times = [0] * _HISTORY  # of past positions, and these: rings
-        self._xs = [0.0] * _HISTORY
-        self._ys = [0.0] * _HISTORY
-        self._zs = [0.0] * _HISTORY
-        self._count = 0
-        self._oldest = 0  # the position that the chord starts from
-        self._chord = 0.0
-        self._span = 0.0
-        self._turning = 0.0  # smoothed rate of the chord's direction, without meridian convergence [rad/s]
-        self.meridian_turning = 0.0  # since the sample before, to be added to a change of course or heading [rad]
+        self.azimuth: float = 0.0
+        self.elevation: float = 0.0
+        self.distance: float = 0.0
+        self.course: float = 0.0
+        self.heading: float = 0.0
+        self.airspeed: float = 0.0
+        self.tether_force: float = 0.0
+        self.steering: float = 0.0
+        self.speed: float = 0.0  # across the sphere [m/s]
+        self.turning_ratio: float = 1.0  # nose and course are taken to turn alike, by an actuator as fast as need be:
+        self.turning_slew: float = 0.0  # see Prediction
+        self.steered_turning: float = 0.0
+        self.valid: int = 0
+        self.sample_time: int = 0
+        self.interval: float = 0.0  # between the last two samples taken [s]
+        self.coasting: bool = False
+        self.dropped: int = 0
+        self._heard: bool = False
+        self._stale: bool = True
+        self._age_us: int = 0  # since a sample was accepted
+        self._looked_time: int = 0  # the sample before this one, accepted or not
+        self._looked_azimuth: float = 0.0
+        self._looked_elevation: float = 0.0
+        self._looked_age_us: int = _FOREVER_US
+        self._times: list[int] = [0] * _HISTORY  # of past positions, and these: rings
+        self._xs: list[float] = [0.0] * _HISTORY
+        self._ys: list[float] = [0.0] * _HISTORY
+        self._zs: list[float] = [0.0] * _HISTORY
+        self._count: int = 0
+        self._oldest: int = 0  # the position that the chord starts from
+        self._chord: float = 0.0
+        self._span: float = 0.0
+        self._turning: float = 0.0  # smoothed rate of the chord's direction, without meridian convergence [rad/s]
+        self.meridian_turning: float = 0.0  # since the sample before: added to a change of course or heading [rad]
 
-    def has_heard(self):
+    def has_heard(self) -> bool:
         """True once a sample was accepted."""
         return self._heard
 
-    def is_stale(self):
+    def is_stale(self) -> bool:
         """True if no accepted sample is fresh enough to steer by."""
         return self._stale
 
-    def wait(self, elapsed_us):
+    def wait(self, elapsed_us: int) -> bool:
         """Let `elapsed_us` pass, before new samples are taken; return True if samples are then stale.
 
         Ages are accumulated instead of computed from times: the clock may wrap, or jump.
@@ -120,7 +127,7 @@ class Estimator:
             self._stale = True
         return self._stale
 
-    def take(self, sample, asked, turn_k):
+    def take(self, sample: "Sample", asked: float, turn_k: float) -> bool:
         """Use `sample` (values of KITE_SENSORS), which has just arrived.
 
         The steering last `asked` for stands in where the sample has no actual one; `turn_k` [rad/m] turns the course of
@@ -146,14 +153,14 @@ class Estimator:
         self._update_course(course, fresh_start, turn_k)
         return True
 
-    def sphere_speed(self):
+    def sphere_speed(self) -> float:
         """Speed across the unit sphere [1/s], with the arc in the chord's place."""
         speed = self.speed / self.distance
         bend = self._turning * self._span
         reach = speed * self._span
         return speed * (1.0 + min(1.0, bend * bend / 24.0 + reach * reach / 6.0))
 
-    def _is_sane(self, sample):
+    def _is_sane(self, sample: "Sample") -> bool:
         """False for a sample without position, not finite, or out of range."""
         _, azimuth, elevation, line, course, heading, airspeed, tether_force, steering, valid = sample
         if valid & _POSITION != _POSITION or not -3.2 <= azimuth <= 3.2 or not -1.5708 <= elevation <= 1.5708:
@@ -170,7 +177,7 @@ class Estimator:
             return False
         return not valid & KITE_VALID_AIRSPEED or 0.0 <= airspeed <= _MOST_AIRSPEED
 
-    def _brings_news(self, time_us, azimuth, elevation, fresh_start):
+    def _brings_news(self, time_us: int, azimuth: float, elevation: float, fresh_start: bool) -> bool:
         """True for a sample that is later than what was heard, from where the kite can have come.
 
         It is held against the sample before it even where that was refused, so that jumps are not accepted one by one,
@@ -194,7 +201,9 @@ class Estimator:
         span_us = ticks_diff(time_us, self.sample_time)
         return self._is_way(span_us, self._age_us, self.azimuth, self.elevation, azimuth, elevation)
 
-    def _is_way(self, span_us, age_us, azimuth, elevation, to_azimuth, to_elevation):
+    def _is_way(
+        self, span_us: int, age_us: int, azimuth: float, elevation: float, to_azimuth: float, to_elevation: float
+    ) -> bool:
         """True if the kite can have flown from one place to the other in `span_us`, by the sensor's clock.
 
         `age_us` is the same span by the firmware's clock: less, where a link catches up with what it held back.
@@ -206,7 +215,7 @@ class Estimator:
             return True
         return distance(azimuth, elevation, to_azimuth, to_elevation) <= most
 
-    def _copy(self, sample, asked):
+    def _copy(self, sample: "Sample", asked: float) -> None:
         """Take over the quantities that are valid; stand in for the others."""
         config = self.config
         _, azimuth, elevation, line, _, heading, airspeed, tether_force, steering, valid = sample
@@ -223,7 +232,7 @@ class Estimator:
         if valid & KITE_VALID_HEADING:
             self.heading = heading
 
-    def _remember(self):
+    def _remember(self) -> None:
         frame = self.frame
         index = self._count % _HISTORY
         self._times[index] = self.sample_time
@@ -232,7 +241,7 @@ class Estimator:
         self._zs[index] = frame.z
         self._count += 1
 
-    def _update_course(self, measured, fresh_start, turn_k):
+    def _update_course(self, measured: float, fresh_start: bool, turn_k: float) -> None:
         """Turning angle from the source that the parameter names and the sample has."""
         self._measure_chord()
         source = self.config.course_source
@@ -253,7 +262,7 @@ class Estimator:
         if not self.valid & KITE_VALID_HEADING:
             self.heading = self.course
 
-    def _measure_chord(self):
+    def _measure_chord(self) -> None:
         """Direction and length of the way from a position of some time ago to the present one.
 
         The geodesic's direction where it ends; on a turn it lags by half the time between the two, which
@@ -286,7 +295,7 @@ class Estimator:
         self._span = span
 
 
-def distance(azimuth, elevation, to_azimuth, to_elevation):
+def distance(azimuth: float, elevation: float, to_azimuth: float, to_elevation: float) -> float:
     """Great-circle distance [rad] between two places (haversine, exact for small angles in float32)."""
     vertical = sin(0.5 * (to_elevation - elevation))
     horizontal = sin(0.5 * (to_azimuth - azimuth))

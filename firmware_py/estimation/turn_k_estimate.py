@@ -11,38 +11,44 @@ from ..generated_enums import KITE_VALID_HEADING
 from ..parameters.generated_parameters import AIRSPEED_MIN, GRAVITY_C, K_ADAPT, K_BOUND, TURN_K
 from ..sphere import wrap
 
-_BLOCK = 0.25  # [s]
-_LONGEST_GAP = 0.2  # between two samples, beyond which the turning between them is not known well [s]
-_MEMORY = 48  # blocks
-_PRIOR = 2  # blocks that the start counts for
-_PRIOR_SPREAD = 4e-4  # variance of the expected turning in them [rad^2]
-_LEAST_TURNING = 0.1  # that steering makes beyond its mean; a block with less teaches nothing [rad/s]
-_MOST_TURNING = 2.0  # in a block; more is an error of the sensor [rad]
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Final
+
+    from .estimator import Estimator
+
+_BLOCK = 0.25  # type: Final  # [s]
+_LONGEST_GAP = 0.2  # type: Final  # between two samples, beyond which the turning between them is not known well [s]
+_MEMORY = 48  # type: Final  # blocks
+_PRIOR = 2  # type: Final  # blocks that the start counts for
+_PRIOR_SPREAD = 4e-4  # type: Final  # variance of the expected turning in them [rad^2]
+_LEAST_TURNING = 0.1  # type: Final  # that steering makes beyond its mean; a block with less teaches nothing [rad/s]
+_MOST_TURNING = 2.0  # type: Final  # in a block; more is an error of the sensor [rad]
 
 
 class TurnKEstimate:
     """`value` [rad/m] is the estimate, within bounds; `in_use` whether the control laws are to fly with it."""
 
-    def __init__(self):
-        self.value = 0.0
-        self.in_use = False
-        self._turn_k = 0.0
-        self._bound = 1.0
-        self._gravity_c = 0.0
-        self._airspeed_min = 1.0
-        self._blocks = _PRIOR
-        self._mean_expected = 0.0
-        self._mean_turned = 0.0
-        self._spread = _PRIOR_SPREAD
-        self._together = _PRIOR_SPREAD  # covariance of expected and actual turning
-        self._time = 0.0  # the block so far
-        self._expected = 0.0
-        self._turned = 0.0
-        self._direction = 0.0  # at the last sample
-        self._drive = 0.0
-        self._usable = False  # there is a last sample
+    def __init__(self) -> None:
+        self.value: float = 0.0
+        self.in_use: bool = False
+        self._turn_k: float = 0.0
+        self._bound: float = 1.0
+        self._gravity_c: float = 0.0
+        self._airspeed_min: float = 1.0
+        self._blocks: int = _PRIOR
+        self._mean_expected: float = 0.0
+        self._mean_turned: float = 0.0
+        self._spread: float = _PRIOR_SPREAD
+        self._together: float = _PRIOR_SPREAD  # covariance of expected and actual turning
+        self._time: float = 0.0  # the block so far
+        self._expected: float = 0.0
+        self._turned: float = 0.0
+        self._direction: float = 0.0  # at the last sample
+        self._drive: float = 0.0
+        self._usable: bool = False  # there is a last sample
 
-    def load(self, values):
+    def load(self, values: list[float]) -> None:
         """Load the settings from the parameters' `values`; the estimate stays if TURN_K changes."""
         turn_k = values[TURN_K]
         if self._turn_k and turn_k != self._turn_k:
@@ -58,7 +64,7 @@ class TurnKEstimate:
         self.in_use = values[K_ADAPT] > 0.0
         self._conclude()
 
-    def take(self, kite, steering):
+    def take(self, kite: "Estimator", steering: float) -> None:
         """Use a new sample of the `kite`, an estimate, and the actual `steering` at its time."""
         dt = kite.interval
         drive = self._turn_k * kite.airspeed * steering
@@ -80,10 +86,10 @@ class TurnKEstimate:
             self._learn()
             self._begin_block()
 
-    def _begin_block(self):
+    def _begin_block(self) -> None:
         self._time = self._expected = self._turned = 0.0
 
-    def _learn(self):
+    def _learn(self) -> None:
         """One step of the recursion, with the block that has come to its end."""
         scale = _BLOCK / self._time
         beyond = self._expected * scale - self._mean_expected
@@ -101,6 +107,6 @@ class TurnKEstimate:
         self._together = keep * (self._together + weight * beyond * turned)
         self._conclude()
 
-    def _conclude(self):
+    def _conclude(self) -> None:
         factor = self._together / self._spread
         self.value = self._turn_k * max(1.0 / self._bound, min(self._bound, factor))

@@ -2,10 +2,17 @@
 
 from array import array
 
-START = 0xFFFF
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Final, TypeAlias
+
+    Bytes: TypeAlias = bytes | bytearray | memoryview
+
+START = 0xFFFF  # type: Final
 
 
-def _table():
+def _table() -> "array[int]":
     table = array("H", bytes(512))
     for index in range(256):
         value = index
@@ -15,10 +22,10 @@ def _table():
     return table
 
 
-_TABLE = _table()
+_TABLE = _table()  # type: Final
 
 
-def crc_bytes_plain(data, start, end, crc):
+def crc_bytes_plain(data: "Bytes", start: int, end: int, crc: int) -> int:
     """CRC of `data[start:end]`, continued from `crc`, on any interpreter."""
     table = _TABLE
     for index in range(start, end):
@@ -26,12 +33,12 @@ def crc_bytes_plain(data, start, end, crc):
     return crc
 
 
-def crc_byte(value, crc):
+def crc_byte(value: int, crc: int) -> int:
     """`crc` continued by one byte."""
     return (crc >> 8) ^ _TABLE[(crc ^ value) & 0xFF]
 
 
-def seal_plain(buffer, start, end, extra):
+def seal_plain(buffer: bytearray, start: int, end: int, extra: int) -> int:
     """Finish the MAVLink 2 frame at `start`, whose payload may reach to `end`; return the offset behind it.
 
     Zero bytes at the payload's end are not sent. Length and CRC are put in; `extra` is the message's CRC extra.
@@ -45,8 +52,9 @@ def seal_plain(buffer, start, end, extra):
     return end + 2
 
 
+crc_bytes: "Callable[[Bytes, int, int, int], int]" = crc_bytes_plain
+seal: "Callable[[bytearray, int, int, int], int]" = seal_plain
 try:
-    from .crc_viper import crc_bytes, seal
+    from .crc_viper import crc_bytes, seal  # noqa: F401  in the place of the plain ones
 except (ImportError, SyntaxError, ValueError):  # CPython, no native code here, or .mpy for another processor
-    crc_bytes = crc_bytes_plain
-    seal = seal_plain
+    pass

@@ -13,10 +13,18 @@ from ..generated_enums import (
 )
 from ..parameters.generated_parameters import GCS_LOST_TIME, MANUAL_TIME, PARK_ELEVATION, RESUME_TRACK
 
-_FRESH_US = 500000  # samples must keep coming for this long before they are trusted again
-_NEVER = -1
-_FOREVER_US = 1 << 29  # silences are counted no further
-NAMES = ("STANDBY", "MANUAL", "PARK", "TRACK")
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Final
+
+    from ..estimation.estimator import Estimator
+    from ..parameters.values import Parameters
+
+_FRESH_US = 500000  # type: Final  # samples must keep coming for this long before they are trusted again
+_NEVER = -1  # type: Final
+_FOREVER_US = 1 << 29  # type: Final  # silences are counted no further
+NAMES = ("STANDBY", "MANUAL", "PARK", "TRACK")  # type: Final[tuple[str, ...]]
 
 
 class ModeMachine:
@@ -26,24 +34,24 @@ class ModeMachine:
     read, at most 50 characters. Silences are counted up tick by tick: the clock may wrap, or jump.
     """
 
-    def __init__(self, parameters, kite, say):
-        self._values = parameters.values
+    def __init__(self, parameters: "Parameters", kite: "Estimator", say: "Callable[[int, str], None]") -> None:
+        self._values: list[float] = parameters.values
         self._kite = kite
         self._say = say
-        self.mode = KITE_MODE_STANDBY
-        self.stale = False
-        self.manual_steering = 0.0
-        self._manual_silence_us = 0
-        self._fresh_us = _NEVER  # for how long samples have been accepted without a gap
-        self._station_heard = False
-        self._station_silence_us = 0
-        self._station_silent = False  # and what follows from it was done
+        self.mode: int = KITE_MODE_STANDBY
+        self.stale: bool = False
+        self.manual_steering: float = 0.0
+        self._manual_silence_us: int = 0
+        self._fresh_us: int = _NEVER  # for how long samples have been accepted without a gap
+        self._station_heard: bool = False
+        self._station_silence_us: int = 0
+        self._station_silent: bool = False  # and what follows from it was done
 
-    def armed(self):
+    def armed(self) -> bool:
         """True in every mode but STANDBY."""
         return self.mode != KITE_MODE_STANDBY
 
-    def arm(self, problem):
+    def arm(self, problem: str | None) -> str | None:
         """Arm into PARK; return None, or why not. Nothing happens when armed already.
 
         `problem` is what else speaks against it, or None: a curve that cannot be flown, a loop that is too slow.
@@ -55,17 +63,17 @@ class ModeMachine:
             self._enter(KITE_MODE_PARK, "armed")
         return reason
 
-    def disarm(self):
+    def disarm(self) -> None:
         """Go to STANDBY."""
         if self.armed():
             self._enter(KITE_MODE_STANDBY, "disarmed")
 
-    def recover(self):
+    def recover(self) -> None:
         """Fly on in PARK after a reset in flight: armed, and neutral until samples have come for a while."""
         self.stale = True
         self._enter(KITE_MODE_PARK, "back after a reset", MAV_SEVERITY_CRITICAL)
 
-    def command(self, mode, curve_problem):
+    def command(self, mode: int, curve_problem: str | None) -> str | None:
         """Change to `mode` as an operator asked; return None, or why not. PARK and MANUAL are open to any armed kite.
 
         `curve_problem` is why the target curve cannot be flown, or None.
@@ -87,23 +95,23 @@ class ModeMachine:
             self._enter(mode, "")
         return None
 
-    def hear_station(self):
+    def hear_station(self) -> None:
         """A ground station's heartbeat arrived."""
         self._station_heard = True
         self.hear_operator()
 
-    def hear_operator(self):
+    def hear_operator(self) -> None:
         """A sign of life arrived: an arm, disarm or mode command, a heartbeat, or MANUAL_CONTROL."""
         self._station_silence_us = 0
         self._station_silent = False
 
-    def hear_manual(self, steering):
+    def hear_manual(self, steering: float) -> None:
         """MANUAL_CONTROL arrived with `steering` in [-1, 1]."""
         self.manual_steering = steering
         self._manual_silence_us = 0
         self.hear_operator()
 
-    def update(self, elapsed_us, missing, fresh):
+    def update(self, elapsed_us: int, missing: bool, fresh: bool) -> None:
         """Look once a tick at everything that may be missing; `elapsed_us` since the last look.
 
         `missing`: no accepted sample was fresh enough when this tick began. `fresh`: it has brought one.
@@ -120,7 +128,7 @@ class ModeMachine:
         if self.mode == KITE_MODE_TRACK and not self.stale and self._too_low(values[PARK_ELEVATION]):
             self._park("too low")
 
-    def _watch_samples(self, elapsed_us, missing, fresh):
+    def _watch_samples(self, elapsed_us: int, missing: bool, fresh: bool) -> None:
         if missing:
             self._fresh_us = _NEVER
         if self._fresh_us != _NEVER:
@@ -138,7 +146,7 @@ class ModeMachine:
             goes_on = self.mode != KITE_MODE_TRACK or self._values[RESUME_TRACK]
             self._enter(self.mode if goes_on else KITE_MODE_PARK, "samples fresh again")
 
-    def _watch_station(self, limit_s):
+    def _watch_station(self, limit_s: float) -> None:
         """A silence acts once; a station that is heard again begins another."""
         if not self._station_heard or not limit_s:
             self._station_silent = False
@@ -146,13 +154,13 @@ class ModeMachine:
             self._station_silent = True
             self._park("ground station silent")
 
-    def _too_low(self, least_deg):
-        return least_deg and self._kite.elevation < radians(least_deg)
+    def _too_low(self, least_deg: float) -> bool:
+        return least_deg != 0.0 and self._kite.elevation < radians(least_deg)
 
-    def _park(self, why):
+    def _park(self, why: str) -> None:
         self._enter(KITE_MODE_PARK, why, MAV_SEVERITY_WARNING)
 
-    def _enter(self, mode, why, severity=MAV_SEVERITY_INFO):
+    def _enter(self, mode: int, why: str, severity: int = MAV_SEVERITY_INFO) -> None:
         self.mode = mode
         if mode == KITE_MODE_STANDBY:
             self.stale = False

@@ -2,13 +2,17 @@
 
 from array import array
 
-DISARMED_ONLY = 1
-READ_ONLY = 2
-OFF_AT_ZERO = 4
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Final
+
+DISARMED_ONLY = 1  # type: Final
+READ_ONLY = 2  # type: Final
+OFF_AT_ZERO = 4  # type: Final
 
 # Columns of the table, in the order of param_index. The numbers are float32 as in memory: a literal of
 # floats would stay on a board's heap beside its array, some 1.5 KB for each column.
-COUNT = 42
+COUNT = 42  # type: Final
 NAMES = (
     b'INNER_P', b'FF_GAIN', b'FF_FILTER', b'TURN_K', b'TURN_OFFSET', b'GRAVITY_C', b'AIRSPEED_MIN', b'AIRSPEED_NOM',
     b'STEER_MAX', b'STEER_RATE', b'OUTER_L', b'EIGHT_AZIMUTH', b'EIGHT_ELEVATION', b'EIGHT_HALF_W', b'EIGHT_HALF_H',
@@ -16,7 +20,7 @@ NAMES = (
     b'SPEED_MIN', b'JUMP_RATE', b'STALE_TIME', b'RESUME_TRACK', b'GCS_LOST_TIME', b'PARK_ELEVATION', b'MANUAL_TIME',
     b'LOOP_HZ', b'STATE_HZ', b'POSITION_HZ', b'SYSTEM_ID', b'TABLE_VERSION', b'COLLECT_TICKS', b'PRED_DELAY',
     b'PRED_RATE', b'PRED_SAT', b'K_ADAPT', b'K_BOUND', b'GAIN_TAU', b'GAIN_P_TAU', b'GAIN_L_TAU',
-)
+)  # type: Final[tuple[bytes, ...]]
 # defaults: 1.5, 0.0, 0.125, 0.25, 0.0, 0.0, 4.0, 20.0, 1.0, 0.0, 5.0, 0.0, 40.0, 30.0, 8.0, 1.0, 10.0, 75.0, 100.0,
 # 0.0, 0.25, 1.0, 120.0, 0.5, 0.0, 0.0, 5.0, 0.5, 50.0, 50.0, 4.0, 1.0, 1.0, 4.0, 0.0, 0.0, 0.0, 0.0, 2.5, 0.0,
 # 0.3671875, 0.171875
@@ -28,7 +32,7 @@ DEFAULTS = array('f', (
     b'\x00\x00\x00\x00\x00\x00\x00\x00\x00\x00\xa0@\x00\x00\x00?\x00\x00HB\x00\x00HB'
     b'\x00\x00\x80@\x00\x00\x80?\x00\x00\x80?\x00\x00\x80@\x00\x00\x00\x00\x00\x00\x00\x00'
     b'\x00\x00\x00\x00\x00\x00\x00\x00\x00\x00 @\x00\x00\x00\x00\x00\x00\xbc>\x00\x000>'
-))
+))  # type: Final[array[float]]
 # leasts: 0.0625, 0.0, 0.0, 0.0009765625, -1.0, 0.0, 0.5, 0.5, 0.0625, 0.03125, 0.0, -60.0, 5.0, 1.0, 0.5, -1.0, 0.0,
 # 10.0, 1.0, 0.0, 0.0, 0.0, 10.0, 0.0625, 0.0, 1.5, 0.0, 0.125, 10.0, 0.0625, 0.0625, 1.0, 1.0, 0.0, 0.0, 0.03125,
 # 0.0625, 0.0, 1.0, 0.015625, 0.03125, 0.0
@@ -40,7 +44,7 @@ LEASTS = array('f', (
     b'\x00\x00\x00\x00\x00\x00\xc0?\x00\x00\x00\x00\x00\x00\x00>\x00\x00 A\x00\x00\x80='
     b'\x00\x00\x80=\x00\x00\x80?\x00\x00\x80?\x00\x00\x00\x00\x00\x00\x00\x00\x00\x00\x00='
     b'\x00\x00\x80=\x00\x00\x00\x00\x00\x00\x80?\x00\x00\x80<\x00\x00\x00=\x00\x00\x00\x00'
-))
+))  # type: Final[array[float]]
 # greatests: 50.0, 1.0, 2.0, 16.0, 1.0, 20.0, 50.0, 100.0, 1.0, 100.0, 50.0, 60.0, 85.0, 80.0, 40.0, 1.0, 60.0, 90.0,
 # 2000.0, 3.0, 1.0, 20.0, 1000.0, 5.0, 1.0, 60.0, 60.0, 5.0, 200.0, 200.0, 50.0, 250.0, 65535.0, 100.0, 1.0, 100.0,
 # 1.0, 1.0, 8.0, 5.0, 2.0, 2.0
@@ -52,7 +56,7 @@ GREATESTS = array('f', (
     b'\x00\x00\x80?\x00\x00pB\x00\x00pB\x00\x00\xa0@\x00\x00HC\x00\x00HC'
     b'\x00\x00HB\x00\x00zC\x00\xff\x7fG\x00\x00\xc8B\x00\x00\x80?\x00\x00\xc8B'
     b'\x00\x00\x80?\x00\x00\x80?\x00\x00\x00A\x00\x00\xa0@\x00\x00\x00@\x00\x00\x00@'
-))
+))  # type: Final[array[float]]
 # steps: 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0,
 # 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0
 STEPS = array('f', (
@@ -63,51 +67,51 @@ STEPS = array('f', (
     b'\x00\x00\x80?\x00\x00\x00\x00\x00\x00\x00\x00\x00\x00\x00\x00\x00\x00\x80?\x00\x00\x00\x00'
     b'\x00\x00\x00\x00\x00\x00\x80?\x00\x00\x80?\x00\x00\x80?\x00\x00\x00\x00\x00\x00\x00\x00'
     b'\x00\x00\x00\x00\x00\x00\x80?\x00\x00\x00\x00\x00\x00\x00\x00\x00\x00\x00\x00\x00\x00\x00\x00'
-))
+))  # type: Final[array[float]]
 FLAGS = bytes((
     0, 0, 0, 0, 0, 0, 0, 0, 0, 4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 4, 0, 0, 1, 4, 4, 1, 2, 0, 0, 4, 4, 0,
     0, 4, 0, 0,
-))
+))  # type: Final
 
-INNER_P = 0
-FF_GAIN = 1
-FF_FILTER = 2
-TURN_K = 3
-TURN_OFFSET = 4
-GRAVITY_C = 5
-AIRSPEED_MIN = 6
-AIRSPEED_NOM = 7
-STEER_MAX = 8
-STEER_RATE = 9
-OUTER_L = 10
-EIGHT_AZIMUTH = 11
-EIGHT_ELEVATION = 12
-EIGHT_HALF_W = 13
-EIGHT_HALF_H = 14
-EIGHT_DIRECTION = 15
-EIGHT_LEAST_EL = 16
-WINDOW_ANGLE = 17
-LINE_LENGTH = 18
-COURSE_SOURCE = 19
-COURSE_WINDOW = 20
-SPEED_MIN = 21
-JUMP_RATE = 22
-STALE_TIME = 23
-RESUME_TRACK = 24
-GCS_LOST_TIME = 25
-PARK_ELEVATION = 26
-MANUAL_TIME = 27
-LOOP_HZ = 28
-STATE_HZ = 29
-POSITION_HZ = 30
-SYSTEM_ID = 31
-TABLE_VERSION = 32
-COLLECT_TICKS = 33
-PRED_DELAY = 34
-PRED_RATE = 35
-PRED_SAT = 36
-K_ADAPT = 37
-K_BOUND = 38
-GAIN_TAU = 39
-GAIN_P_TAU = 40
-GAIN_L_TAU = 41
+INNER_P = 0  # type: Final
+FF_GAIN = 1  # type: Final
+FF_FILTER = 2  # type: Final
+TURN_K = 3  # type: Final
+TURN_OFFSET = 4  # type: Final
+GRAVITY_C = 5  # type: Final
+AIRSPEED_MIN = 6  # type: Final
+AIRSPEED_NOM = 7  # type: Final
+STEER_MAX = 8  # type: Final
+STEER_RATE = 9  # type: Final
+OUTER_L = 10  # type: Final
+EIGHT_AZIMUTH = 11  # type: Final
+EIGHT_ELEVATION = 12  # type: Final
+EIGHT_HALF_W = 13  # type: Final
+EIGHT_HALF_H = 14  # type: Final
+EIGHT_DIRECTION = 15  # type: Final
+EIGHT_LEAST_EL = 16  # type: Final
+WINDOW_ANGLE = 17  # type: Final
+LINE_LENGTH = 18  # type: Final
+COURSE_SOURCE = 19  # type: Final
+COURSE_WINDOW = 20  # type: Final
+SPEED_MIN = 21  # type: Final
+JUMP_RATE = 22  # type: Final
+STALE_TIME = 23  # type: Final
+RESUME_TRACK = 24  # type: Final
+GCS_LOST_TIME = 25  # type: Final
+PARK_ELEVATION = 26  # type: Final
+MANUAL_TIME = 27  # type: Final
+LOOP_HZ = 28  # type: Final
+STATE_HZ = 29  # type: Final
+POSITION_HZ = 30  # type: Final
+SYSTEM_ID = 31  # type: Final
+TABLE_VERSION = 32  # type: Final
+COLLECT_TICKS = 33  # type: Final
+PRED_DELAY = 34  # type: Final
+PRED_RATE = 35  # type: Final
+PRED_SAT = 36  # type: Final
+K_ADAPT = 37  # type: Final
+K_BOUND = 38  # type: Final
+GAIN_TAU = 39  # type: Final
+GAIN_P_TAU = 40  # type: Final
+GAIN_L_TAU = 41  # type: Final

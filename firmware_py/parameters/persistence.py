@@ -5,10 +5,21 @@ from ..generated_enums import MAV_SEVERITY_INFO, MAV_SEVERITY_WARNING
 from .generated_parameters import COUNT, DEFAULTS
 from .store import ParameterStore
 
-_SETTLE_US = 1000000  # flash is written when nothing has changed for this long: a set of gains comes one by one
-_WRITES = 8  # to flash, one after the other: a sector stands some 100,000, and a station may set things on and on
-_WRITE_AGAIN_US = 60000000  # after them, one in this time
-_STATIONS = 8  # ground stations that are told what happened at the start
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Final
+
+    from ..boards.interface import Retained, Storage
+    from ..modes.mode_machine import ModeMachine
+    from .retained import EventRing, Recovery
+    from .store import LoadReport
+    from .values import Parameters
+
+_SETTLE_US = 1000000  # type: Final  # flash is written when nothing has changed for so long: gains come one by one
+_WRITES = 8  # type: Final  # to flash at once: a sector stands some 100,000, and a station may set things on and on
+_WRITE_AGAIN_US = 60000000  # type: Final  # after them, one in this time
+_STATIONS = 8  # type: Final  # ground stations that are told what happened at the start
 
 
 class Keeper:
@@ -17,9 +28,13 @@ class Keeper:
     `storage` and `retained` are a board's (boards/interface.py); each may be None. Flash is never written while armed.
     """
 
-    def __init__(self, parameters, modes, storage, retained, say):
-        self.store = None if storage is None else ParameterStore(storage)
-        self._recovery = self._events = None
+    def __init__(
+        self, parameters: "Parameters", modes: "ModeMachine", storage: "Storage | None", retained: "Retained | None",
+        say: "Callable[[int, str], None]"
+    ) -> None:
+        self.store: "ParameterStore | None" = None if storage is None else ParameterStore(storage)
+        self._recovery: "Recovery | None" = None
+        self._events: "EventRing | None" = None
         if retained is not None:
             from .retained import EventRing, Recovery  # noqa: PLC0415  a PC has none, and needs the memory
 
@@ -28,20 +43,20 @@ class Keeper:
         self._parameters = parameters
         self._modes = modes
         self._say = say
-        self._report = []  # (severity, text): what happened at the start
-        self._greeted = []  # system ids of the ground stations that were told
-        self._unsaved = False
-        self._version = -1  # of the parameters, when last kept
-        self._armed = None  # when last kept; None makes the first tick keep
-        self._mode = modes.mode  # when last noted
-        self.wrote = False  # to flash, since somebody set this to False
-        self._failed = False
-        self._quiet_us = 0  # since the last change
-        self._writes_left = _WRITES
-        self._earning_us = 0  # towards the next write
-        self._told_spared = False
+        self._report: list[tuple[int, str]] = []  # (severity, text): what happened at the start
+        self._greeted: list[int] = []  # system ids of the ground stations that were told
+        self._unsaved: bool = False
+        self._version: int = -1  # of the parameters, when last kept
+        self._armed: bool | None = None  # when last kept; None makes the first tick keep
+        self._mode: int = modes.mode  # when last noted
+        self.wrote: bool = False  # to flash, since somebody set this to False
+        self._failed: bool = False
+        self._quiet_us: int = 0  # since the last change
+        self._writes_left: int = _WRITES
+        self._earning_us: int = 0  # towards the next write
+        self._told_spared: bool = False
 
-    def start(self, reset_cause):
+    def start(self, reset_cause: str | None) -> None:
         """Load the parameters; after a watchdog reset in flight also fly on. None: there was no reset to tell of."""
         if reset_cause is not None:
             severity = MAV_SEVERITY_WARNING if reset_cause == WATCHDOG else MAV_SEVERITY_INFO
@@ -60,7 +75,7 @@ class Keeper:
             self._modes.recover()
         self._keep()  # at once: what an earlier flight left there must not be taken for this one
 
-    def update(self, elapsed_us, uptime_us):
+    def update(self, elapsed_us: int, uptime_us: int) -> None:
         """Store changes; `elapsed_us` since the last call. Almost free if nothing has changed."""
         if self._modes.mode != self._mode:
             self._mode = self._modes.mode
@@ -85,18 +100,18 @@ class Keeper:
                 self._quiet_us = 0
                 self.save()
 
-    def storage_fails(self):
+    def storage_fails(self) -> bool:
         """True if parameters could not be read at the start, or not saved the last time."""
         return self._failed
 
-    def greet(self, system):
+    def greet(self, system: int) -> None:
         """A ground station of this `system` id was heard: report once what happened at the start."""
         if system not in self._greeted and len(self._greeted) < _STATIONS:
             self._greeted.append(system)
             for severity, text in self._report:
                 self._say(severity, text)
 
-    def save(self):
+    def save(self) -> bool:
         """Write the parameters to flash; return False if that failed, is put off to spare it, or while armed."""
         if self.store is None or self._modes.armed():
             return False
@@ -120,7 +135,7 @@ class Keeper:
             self._say(MAV_SEVERITY_WARNING, "parameters not saved: storage failed")
         return saved
 
-    def read_back(self):
+    def read_back(self) -> bool:
         """Take all parameters from flash, as at a start; return False if none are stored, or while armed."""
         if self.store is None or self._modes.armed():
             return False
@@ -132,7 +147,7 @@ class Keeper:
             self._keep()
         return report.found
 
-    def reset(self):
+    def reset(self) -> bool:
         """Set all parameters to their defaults, on flash too; return False if that failed, or while armed."""
         if self.store is None or self._modes.armed():
             return False
@@ -141,13 +156,13 @@ class Keeper:
         self._keep()
         return self.save()
 
-    def _keep(self):
+    def _keep(self) -> None:
         """Bring the retained memory up to date."""
         self._version = self._parameters.version
         if self._recovery is not None:
             self._recovery.write(self._parameters, self._modes.armed())
 
-    def _recover(self):
+    def _recover(self) -> bool | None:
         """Take the parameters from retained memory; return whether the kite was armed, None where nothing is kept."""
         if self._recovery is None:
             return None
@@ -156,7 +171,7 @@ class Keeper:
             self._report.append((MAV_SEVERITY_WARNING, "nothing retained from before the reset"))
         return was_armed
 
-    def _load(self):
+    def _load(self) -> None:
         """Take the parameters from flash."""
         if self.store is not None:
             report = self.store.load(self._parameters)
@@ -164,7 +179,7 @@ class Keeper:
             self._report += describe(report)
 
 
-def describe(report):
+def describe(report: "LoadReport") -> list[tuple[int, str]]:
     """A LoadReport as texts of at most 50 characters: (severity, text)."""
     texts = []
     if report.found:

@@ -11,22 +11,30 @@ from ..mavlink.crc import START, crc_bytes
 from ..mavlink.generated_messages import CONTRACT_HASH
 from .generated_parameters import COUNT
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Final
+
+    from ..boards.interface import Retained
+    from .values import Parameters
+
 Event = namedtuple("Event", ("number", "code", "uptime_ms", "value"))  # numbers count on, modulo 2^16
 
-_CONTRACT = CONTRACT_HASH.encode()  # another firmware's values would be misread
-_FLIGHT = "<16sB%df" % COUNT
-_EVENT = "<HHIf"  # number, code, uptime [ms], value
-_ROUND = 0x10000
-_HALF = 0x8000
+_CONTRACT = CONTRACT_HASH.encode()  # type: Final  # another firmware's values would be misread
+_FLIGHT = "<16sB%df" % COUNT  # type: Final
+_EVENT = "<HHIf"  # type: Final  # number, code, uptime [ms], value
+_ROUND = 0x10000  # type: Final
+_HALF = 0x8000  # type: Final
 
 
-def _sealed(data):
+def _sealed(data: bytes | bytearray) -> bool:
     """True if `data` ends with the CRC of what is before it."""
     end = len(data) - 2
-    return struct.unpack_from("<H", data, end)[0] == crc_bytes(data, 0, end, START)
+    checksum: int = struct.unpack_from("<H", data, end)[0]
+    return checksum == crc_bytes(data, 0, end, START)
 
 
-def _seal(data):
+def _seal(data: bytearray) -> bytearray:
     """Set the CRC at the end of `data`."""
     end = len(data) - 2
     struct.pack_into("<H", data, end, crc_bytes(data, 0, end, START))
@@ -36,16 +44,16 @@ def _seal(data):
 class Recovery:
     """The flight: all parameters, and whether the kite was armed."""
 
-    def __init__(self, retained):
+    def __init__(self, retained: "Retained") -> None:
         self._retained = retained
-        self._buffer = bytearray(struct.calcsize(_FLIGHT) + 2)
+        self._buffer: bytearray = bytearray(struct.calcsize(_FLIGHT) + 2)
 
-    def write(self, parameters, armed):
+    def write(self, parameters: "Parameters", armed: bool) -> None:
         """Store all values, and whether the kite is armed. Takes a board 2 ms: call it on a change, not each tick."""
         struct.pack_into(_FLIGHT, self._buffer, 0, _CONTRACT, armed, *parameters.values)
         self._retained.write(FLIGHT, _seal(self._buffer))
 
-    def load(self, parameters):
+    def load(self, parameters: "Parameters") -> bool | None:
         """Set `parameters` from memory; return whether the kite was armed, or None if there is nothing valid."""
         data = self._retained.read(FLIGHT, len(self._buffer))
         if not _sealed(data):
@@ -63,20 +71,20 @@ class Recovery:
 class EventRing:
     """The last EVENT_COUNT events, over resets; one that was being written in a reset is lost, the others are not."""
 
-    def __init__(self, retained):
+    def __init__(self, retained: "Retained") -> None:
         self._retained = retained
-        self._buffer = bytearray(EVENT_BYTES)
+        self._buffer: bytearray = bytearray(EVENT_BYTES)
         events = self.entries()
-        self._next = (events[-1].number + 1) % _ROUND if events else 0
+        self._next: int = (events[-1].number + 1) % _ROUND if events else 0
 
-    def append(self, code, value, uptime_ms):
+    def append(self, code: int, value: float, uptime_ms: int) -> None:
         """Note an event of boards/interface.py [ms since the start, below 2^32] in the place of the oldest."""
         number = self._next
         struct.pack_into(_EVENT, self._buffer, 0, number, code, uptime_ms, value)
         self._retained.write(EVENTS + number % EVENT_COUNT * EVENT_BYTES, _seal(self._buffer))
         self._next = (number + 1) % _ROUND
 
-    def entries(self):
+    def entries(self) -> "list[Event]":
         """Each whole Event, oldest first."""
         found = []
         for place in range(EVENT_COUNT):
@@ -92,16 +100,16 @@ class EventRing:
 class SigningTime:
     """MAVLink's signing timestamp [10 us since 2015], which must not go back: 48 bits."""
 
-    def __init__(self, retained):
+    def __init__(self, retained: "Retained") -> None:
         self._retained = retained
 
-    def write(self, timestamp):
+    def write(self, timestamp: int) -> None:
         """Store it."""
         data = bytearray(SIGNING_TIME_BYTES)
         data[:6] = timestamp.to_bytes(6, "little")
         self._retained.write(SIGNING_TIME, _seal(data))
 
-    def read(self):
+    def read(self) -> int | None:
         """The timestamp, or None if there is none."""
         data = self._retained.read(SIGNING_TIME, SIGNING_TIME_BYTES)
         return int.from_bytes(data[:6], "little") if _sealed(data) else None

@@ -11,35 +11,42 @@ from ..mavlink.crc import START, crc_bytes
 from .generated_parameters import COUNT, DEFAULTS, FLAGS, NAMES, READ_ONLY
 from .values import UNKNOWN
 
-SLOTS = ("parameters_a.bin", "parameters_b.bin")
-TEMPORARY = "parameters.tmp"
-_MAGIC = b"KPR1"
-_HEADER = "<4sIH"
-_HEADER_BYTES = 10
-_ENTRY = "<16sf"
-_ENTRY_BYTES = 20
-_CRC_BYTES = 2
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Final
+
+    from ..boards.interface import Storage
+    from .values import Parameters
+
+SLOTS = ("parameters_a.bin", "parameters_b.bin")  # type: Final[tuple[str, ...]]
+TEMPORARY = "parameters.tmp"  # type: Final
+_MAGIC = b"KPR1"  # type: Final
+_HEADER = "<4sIH"  # type: Final
+_HEADER_BYTES = 10  # type: Final
+_ENTRY = "<16sf"  # type: Final
+_ENTRY_BYTES = 20  # type: Final
+_CRC_BYTES = 2  # type: Final
 
 
 class LoadReport:
     """Result of a load; names are str."""
 
-    def __init__(self):
-        self.found = False  # there was a whole record
-        self.damaged = 0  # slots that hold something else
-        self.loaded = 0  # values taken
-        self.unknown = []  # stored, but there is no such parameter here
-        self.refused = []  # stored with a value that is out of range here, or read-only here
-        self.missing = []  # not stored: at its default
+    def __init__(self) -> None:
+        self.found: bool = False  # there was a whole record
+        self.damaged: int = 0  # slots that hold something else
+        self.loaded: int = 0  # values taken
+        self.unknown: list[str] = []  # stored, but there is no such parameter here
+        self.refused: list[str] = []  # stored with a value that is out of range here, or read-only here
+        self.missing: list[str] = []  # not stored: at its default
 
 
 class ParameterStore:
     """Over `storage`, small files as described in boards/interface.py, where a rename replaces a file in one step."""
 
-    def __init__(self, storage):
+    def __init__(self, storage: "Storage") -> None:
         self._storage = storage
 
-    def load(self, parameters):
+    def load(self, parameters: "Parameters") -> "LoadReport":
         """Set `parameters` to their stored values, or to defaults if there are none; return a LoadReport.
 
         If no valid record is found, nothing is set.
@@ -53,12 +60,12 @@ class ParameterStore:
                 parameters.set(index, values[index])
         return report
 
-    def holds(self, parameters):
+    def holds(self, parameters: "Parameters") -> bool:
         """True if the newest record holds exactly these values."""
         newest, _, generation = self._newest(LoadReport())
         return newest is not None and _entries(newest) == _entries(_pack(parameters, generation))
 
-    def save(self, parameters):
+    def save(self, parameters: "Parameters") -> bool:
         """Store `parameters`; return False if the storage failed. Writes nothing if they are stored already.
 
         Stalls a board for about 100 ms, and wears the flash: call it only when disarmed.
@@ -76,7 +83,7 @@ class ParameterStore:
             return False
         return True
 
-    def _newest(self, report):
+    def _newest(self, report: "LoadReport") -> tuple[bytes | None, int, int]:
         """(record or None, its slot, its generation) of the newest whole record."""
         newest = None
         slot = 1  # so that the first record goes to slot 0
@@ -95,13 +102,13 @@ class ParameterStore:
                 generation = found
         return newest, slot, generation
 
-    def _read(self, name):
+    def _read(self, name: str) -> bytes | None:
         try:
             return self._storage.read(name)
         except OSError:
             return b""  # there, but not to be read: damaged
 
-    def _unpack(self, record, parameters, report):
+    def _unpack(self, record: bytes, parameters: "Parameters", report: "LoadReport") -> list[float]:
         """All values as `record` has them, with defaults for the rest."""
         values = list(DEFAULTS)
         stored = [False] * len(values)
@@ -123,12 +130,12 @@ class ParameterStore:
         return values
 
 
-def _entries(record):
+def _entries(record: bytes) -> bytes:
     """Names and values of a record."""
     return record[_HEADER_BYTES:-_CRC_BYTES]
 
 
-def _pack(parameters, generation):
+def _pack(parameters: "Parameters", generation: int) -> bytes:
     """The record of all parameters that can be set."""
     kept = [index for index in range(COUNT) if not FLAGS[index] & READ_ONLY]
     record = bytearray(_HEADER_BYTES + len(kept) * _ENTRY_BYTES + _CRC_BYTES)
@@ -141,15 +148,18 @@ def _pack(parameters, generation):
     return bytes(record)
 
 
-def _is_whole(data):
+def _is_whole(data: bytes) -> bool:
     """True for a record with all its bytes, as they were written."""
     if len(data) < _HEADER_BYTES + _CRC_BYTES or data[:4] != _MAGIC:
         return False
     _, _, count = struct.unpack_from(_HEADER, data, 0)
     end = _HEADER_BYTES + count * _ENTRY_BYTES
-    return len(data) == end + _CRC_BYTES and struct.unpack_from("<H", data, end)[0] == crc_bytes(data, 0, end, START)
+    if len(data) != end + _CRC_BYTES:
+        return False
+    checksum: int = struct.unpack_from("<H", data, end)[0]
+    return checksum == crc_bytes(data, 0, end, START)
 
 
-def _text(name):
+def _text(name: bytes) -> str:
     """A stored name as str, whatever its bytes are."""
     return "".join([chr(byte) for byte in name if 32 <= byte < 127])

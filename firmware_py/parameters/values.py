@@ -19,24 +19,28 @@ from .generated_parameters import (
     STEPS,
 )
 
-UNKNOWN = -1
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Final
+
+UNKNOWN = -1  # type: Final
 
 
 class Parameters:
     """`values` by index. `version` counts the changes, so that users of a copy notice them."""
 
-    def __init__(self):
-        self.values = list(DEFAULTS)
-        self.version = 0
+    def __init__(self) -> None:
+        self.values: list[float] = list(DEFAULTS)
+        self.version: int = 0
 
-    def index_of(self, name):
+    def index_of(self, name: bytes) -> int:
         """Index of the parameter of this `name` (bytes, padded with zeros or not), or UNKNOWN."""
         end = name.find(b"\0")
         if end >= 0:
             name = name[:end]
         return NAMES.index(name) if name in NAMES else UNKNOWN
 
-    def refusal(self, index, value, armed):
+    def refusal(self, index: int, value: float, armed: bool) -> int:
         """The MAV_PARAM_ERROR for which `value` cannot be set, or 0."""
         if not 0 <= index < COUNT:
             return MAV_PARAM_ERROR_DOES_NOT_EXIST
@@ -55,7 +59,7 @@ class Parameters:
             return MAV_PARAM_ERROR_PERMISSION_DENIED
         return 0
 
-    def set(self, index, value):
+    def set(self, index: int, value: float) -> None:
         """Set a value that was not refused; setting the same value is not a change."""
         if self.values[index] != value:
             self.version += 1

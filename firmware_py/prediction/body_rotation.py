@@ -2,20 +2,26 @@
 
 from math import atan2, cos, sin, sqrt
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from ..sphere import TangentFrame
+
 
 class BodyRotation:
     """The rotation from where a flight began: a quaternion over the (gamma, h, b) of that place."""
 
-    def __init__(self):
-        self._w = 1.0
-        self._x = self._y = self._z = 0.0
+    def __init__(self) -> None:
+        self._w: float = 1.0
+        self._x: float = 0.0
+        self._y: float = 0.0
+        self._z: float = 0.0
 
-    def begin(self):
+    def begin(self) -> None:
         """Reset to no rotation."""
         self._w = 1.0
         self._x = self._y = self._z = 0.0
 
-    def turn(self, gamma, nose, side):
+    def turn(self, gamma: float, nose: float, side: float) -> None:
         """Rotate further by a rotation vector [rad], given in the body's present gamma, h and b."""
         half = 0.5 * sqrt(gamma * gamma + nose * nose + side * side)
         w = cos(half)
@@ -38,7 +44,7 @@ class BodyRotation:
         self._y = w0 * y - x0 * z + y0 * w + z0 * x
         self._z = w0 * z + x0 * y - y0 * x + z0 * w
 
-    def carry(self, start, heading, end):
+    def carry(self, start: "TangentFrame", heading: float, end: "TangentFrame") -> float:
         """Set `end` to where a kite from `start` (both frames) with `heading` [rad] arrives; return its heading."""
         up = cos(heading)
         across = sin(heading)

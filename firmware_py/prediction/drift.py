@@ -9,35 +9,41 @@ from math import atan2, cos, sin, sqrt
 
 from ..generated_enums import KITE_VALID_AIRSPEED, KITE_VALID_HEADING
 
-_NEEDED = KITE_VALID_AIRSPEED | KITE_VALID_HEADING
-_SMOOTHING = 4.0  # of the wind, so that it is no gust's [s]
-_LEAST_RATIO = 0.5
-_MOST_RATIO = 2.0
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Final
+
+    from ..estimation.estimator import Estimator
+
+_NEEDED = KITE_VALID_AIRSPEED | KITE_VALID_HEADING  # type: Final
+_SMOOTHING = 4.0  # type: Final  # of the wind, so that it is no gust's [s]
+_LEAST_RATIO = 0.5  # type: Final
+_MOST_RATIO = 2.0  # type: Final
 
 
 class Drift:
     """`forward` and `sideways` are the velocity along the nose h and b = gamma x h, over line length [1/s]."""
 
-    def __init__(self):
-        self.forward = 0.0
-        self.sideways = 0.0
-        self.speed = 0.0
-        self.turning_ratio = 1.0  # how much the nose must turn for the course to turn by one
-        self.blown = False  # True where the wind is known and turns past
-        self._up = 0.0  # the wind across the tether, along e1 and e2, smoothed
-        self._across = 0.0
-        self._air = 0.0  # airspeed
-        self._tailwind = 0.0  # the wind along nose and b as they are at the sample
-        self._crosswind = 0.0
-        self._rest_forward = 0.0  # what the wind does not turn with
-        self._rest_sideways = 0.0
-        self._angle = 0.0  # from heading to course
+    def __init__(self) -> None:
+        self.forward: float = 0.0
+        self.sideways: float = 0.0
+        self.speed: float = 0.0
+        self.turning_ratio: float = 1.0  # how much the nose must turn for the course to turn by one
+        self.blown: bool = False  # True where the wind is known and turns past
+        self._up: float = 0.0  # the wind across the tether, along e1 and e2, smoothed
+        self._across: float = 0.0
+        self._air: float = 0.0  # airspeed
+        self._tailwind: float = 0.0  # the wind along nose and b as they are at the sample
+        self._crosswind: float = 0.0
+        self._rest_forward: float = 0.0  # what the wind does not turn with
+        self._rest_sideways: float = 0.0
+        self._angle: float = 0.0  # from heading to course
 
-    def forget(self):
+    def forget(self) -> None:
         """Restart with the next sample."""
         self.blown = False
 
-    def observe(self, kite, airspeed):
+    def observe(self, kite: "Estimator", airspeed: float) -> None:
         """Use a new sample of the `kite`, an estimate that flies with `airspeed` [m/s]."""
         self._angle = kite.course - kite.heading
         if not self._angle or kite.valid & _NEEDED != _NEEDED or kite.coasting:
@@ -59,7 +65,7 @@ class Drift:
         self._tailwind = up * nose_up + across * nose_across
         self._crosswind = across * nose_up - up * nose_across
 
-    def begin(self, kite):
+    def begin(self, kite: "Estimator") -> None:
         """Go back to the newest sample of the `kite`."""
         speed = self.speed = kite.sphere_speed()
         self.forward = speed
@@ -70,14 +76,14 @@ class Drift:
         self._rest_forward = self.forward - self._tailwind
         self._rest_sideways = self.sideways - self._crosswind
 
-    def turn(self, turned):
+    def turn(self, turned: float) -> None:
         """Update the velocity for a kite that has turned by `turned` [rad] since the sample."""
         along = cos(turned)
         beside = sin(turned)
         self.forward = self._rest_forward + self._tailwind * along + self._crosswind * beside
         self.sideways = self._rest_sideways + self._crosswind * along - self._tailwind * beside
 
-    def end(self, turned):
+    def end(self, turned: float) -> float:
         """Come to the end, turned by `turned` [rad]; return the angle from heading to course there."""
         self.turning_ratio = 1.0
         if not self.blown:

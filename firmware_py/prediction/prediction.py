@@ -25,27 +25,34 @@ from .body_rotation import BodyRotation
 from .drift import Drift
 from .steering_history import ONE, ROOM
 
-_ARCS = 4  # at most
-_ARC_TURN = 0.9  # turning of a fully steered kite from which on another arc is worth its time [rad]
-_SAMPLES = 256  # that the usual age is the mean of
-_TAIL = 0.5  # of a tick: what is decided now is held for one tick, and stands for its middle
-_MOST_STEERING = 2.0
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Final
+
+    from ..estimation.estimator import Estimator
+    from .steering_history import SteeringHistory
+
+_ARCS = 4  # type: Final  # at most
+_ARC_TURN = 0.9  # type: Final  # turning of a fully steered kite from which on another arc is worth its time [rad]
+_SAMPLES = 256  # type: Final  # that the usual age is the mean of
+_TAIL = 0.5  # type: Final  # of a tick: what is decided now is held for one tick, and stands for its middle
+_MOST_STEERING = 2.0  # type: Final
 
 
 class PredictionConfig:
     """Settings of the prediction, in SI units and microseconds where named so."""
 
-    def __init__(self):
-        self.delay_us = 0
-        self.period_us = 20000
-        self.stale_us = 0
-        self.turn_offset = 0.0
-        self.gravity_c = 0.0
-        self.airspeed_min = 1.0
-        self.rate_limit = 0.0
-        self.smoothing = 0.0
+    def __init__(self) -> None:
+        self.delay_us: int = 0
+        self.period_us: int = 20000
+        self.stale_us: int = 0
+        self.turn_offset: float = 0.0
+        self.gravity_c: float = 0.0
+        self.airspeed_min: float = 1.0
+        self.rate_limit: float = 0.0
+        self.smoothing: float = 0.0
 
-    def load(self, values):
+    def load(self, values: list[float]) -> None:
         """Load the settings from the parameters' `values`."""
         self.delay_us = int(values[PRED_DELAY] * 1e6 + 0.5)
         self.period_us = int(1000000 / values[LOOP_HZ])
@@ -65,25 +72,25 @@ class Prediction:
     actuator can change it [rad/s^2], 0 for no limit.
     """
 
-    def __init__(self, history):
+    def __init__(self, history: "SteeringHistory") -> None:
         self.config = PredictionConfig()
         self.frame = TangentFrame()
-        self.course = 0.0
-        self.heading = 0.0
-        self.airspeed = 0.0  # smoothed: gusts would use up what the actuator can do
-        self.speed = 0.0
-        self.turning_ratio = 1.0
-        self.steered_turning = 0.0
-        self.turning_slew = 0.0
-        self.horizon_us = 0  # from the sample to when the steering decided on now is first felt
+        self.course: float = 0.0
+        self.heading: float = 0.0
+        self.airspeed: float = 0.0  # smoothed: gusts would use up what the actuator can do
+        self.speed: float = 0.0
+        self.turning_ratio: float = 1.0
+        self.steered_turning: float = 0.0
+        self.turning_slew: float = 0.0
+        self.horizon_us: int = 0  # from the sample to when the steering decided on now is first felt
         self._history = history
         self._rotation = BodyRotation()
         self._drift = Drift()
-        self._usual_age = 0  # of a sample in the tick that takes it; the clocks need not agree [us]
-        self._samples = 0
-        self._followed = False  # True while samples are smoothed
+        self._usual_age: int = 0  # of a sample in the tick that takes it; the clocks need not agree [us]
+        self._samples: int = 0
+        self._followed: bool = False  # True while samples are smoothed
 
-    def note_sample(self, kite, now):
+    def note_sample(self, kite: "Estimator", now: int) -> None:
         """The `kite`, an estimate, has taken a sample in the tick that was due at `now`."""
         config = self.config
         age = ticks_diff(now, kite.sample_time)
@@ -105,14 +112,14 @@ class Prediction:
         self._followed = True
         self._drift.observe(kite, self.airspeed)
 
-    def steering_at_sample(self, kite, now):
+    def steering_at_sample(self, kite: "Estimator", now: int) -> float:
         """Actual steering at the time of the newest sample: as measured, else as the actuator's model has it."""
         if kite.valid & KITE_VALID_STEERING:
             return kite.steering
         self._find_sample(kite, now)
         return self._history.position / ONE
 
-    def update(self, kite, now, turn_k, late_us=0):
+    def update(self, kite: "Estimator", now: int, turn_k: float, late_us: int = 0) -> None:
         """Predict from the newest sample of the `kite`, an estimate, that turns by K = `turn_k` [rad/m].
 
         The tick was due at `now` and began `late_us` after it: the steering before it acts for so much longer, and that
@@ -130,7 +137,7 @@ class Prediction:
         self.speed = drift.speed
         self.turning_ratio = drift.turning_ratio
 
-    def _find_sample(self, kite, now):
+    def _find_sample(self, kite: "Estimator", now: int) -> tuple[float, int]:
         """Take the actuator's model to the sample's time; return the fraction of a tick and the ticks sent since."""
         config = self.config
         period = config.period_us
@@ -154,7 +161,7 @@ class Prediction:
         self._history.begin(ticks, partial, measured)
         return partial, ticks - 1 if partial else ticks
 
-    def _fly(self, kite, partial, ticks, tail, turn_k):
+    def _fly(self, kite: "Estimator", partial: float, ticks: int, tail: float, turn_k: float) -> float:
         """Rotate over the arcs from the sample on, with `tail` of a tick behind the last; return the turning [rad]."""
         config = self.config
         history = self._history

@@ -8,21 +8,23 @@ a long delay costs no more than a short one. A measured position leads to a path
 meets the model's, or runs beside it at the actuator's limit.
 """
 
-from array import array
-
 from ..parameters.generated_parameters import LOOP_HZ, PRED_RATE, PRED_SAT
 
-ONE = 1 << 20  # steering of 1.0
-ROOM = 256  # ticks that are remembered
-_INDEX = ROOM - 1
-_COUNTER = 0x3FFFFFFF
-_SUM = 0x3FFFFFFF  # running sums wrap here: a small integer on boards
-_HALF_SUM = 0x20000000
-_STRETCH = 30  # ticks whose moment is less than half a wrap
-_SAME = 4  # two positions this near are one: parts of a tick are rounded
-_NO_LIMIT = 1 << 29
-_SQUARABLE = 0x7FFF  # its square is a small integer on boards
-_MOST = 1 << 21  # a measured steering beyond this is no steering
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Final
+
+ONE = 1 << 20  # type: Final  # steering of 1.0
+ROOM = 256  # type: Final  # ticks that are remembered
+_INDEX = ROOM - 1  # type: Final
+_COUNTER = 0x3FFFFFFF  # type: Final
+_SUM = 0x3FFFFFFF  # type: Final  # running sums wrap here: a small integer on boards
+_HALF_SUM = 0x20000000  # type: Final
+_STRETCH = 30  # type: Final  # ticks whose moment is less than half a wrap
+_SAME = 4  # type: Final  # two positions this near are one: parts of a tick are rounded
+_NO_LIMIT = 1 << 29  # type: Final
+_SQUARABLE = 0x7FFF  # type: Final  # its square is a small integer on boards
+_MOST = 1 << 21  # type: Final  # a measured steering beyond this is no steering
 
 
 class SteeringHistory:
@@ -32,27 +34,27 @@ class SteeringHistory:
     ticks), `moment` (the same weighted with the time from the middle of the stretch) and `position`.
     """
 
-    def __init__(self):
-        self._asked = array("i", [0] * ROOM)
-        self._felt = array("i", [0] * ROOM)  # where the model is when that tick's steering begins to act
-        self._sums = array("i", [0] * ROOM)  # S: of the mean positions of all ticks before, wrapped
-        self._sums_of_sums = array("i", [0] * ROOM)  # of S up to here, less the first moments in the ticks before
-        self._count = 0
-        self._model = 0  # where it is when the next tick's will
-        self._sum = 0  # S there
-        self._sum_of_sums = 0
-        self._limited = 0  # the newest ticks that the model spent at its rate limit, in one direction
-        self._per_tick = _NO_LIMIT
-        self._shift = 0
-        self.saturation = ONE
-        self._next = 0
-        self._inner = 0
-        self._on_model = True  # what is advanced is on the model's path
-        self.position = 0
-        self.total = 0.0
-        self.moment = 0.0
+    def __init__(self) -> None:
+        self._asked: list[int] = [0] * ROOM
+        self._felt: list[int] = [0] * ROOM  # where the model is when that tick's steering begins to act
+        self._sums: list[int] = [0] * ROOM  # S: of the mean positions of all ticks before, wrapped
+        self._sums_of_sums: list[int] = [0] * ROOM  # of S up to here, less the first moments of the ticks before
+        self._count: int = 0
+        self._model: int = 0  # where it is when the next tick's will
+        self._sum: int = 0  # S there
+        self._sum_of_sums: int = 0
+        self._limited: int = 0  # the newest ticks that the model spent at its rate limit, in one direction
+        self._per_tick: int = _NO_LIMIT
+        self._shift: int = 0
+        self.saturation: int = ONE
+        self._next: int = 0
+        self._inner: int = 0
+        self._on_model: bool = True  # what is advanced is on the model's path
+        self.position: int = 0
+        self.total: float = 0.0
+        self.moment: float = 0.0
 
-    def load(self, values):
+    def load(self, values: list[float]) -> None:
         """Take the actuator's limits over from the parameters' `values`."""
         rate = values[PRED_RATE]
         self._per_tick = max(1, min(_NO_LIMIT, int(rate / values[LOOP_HZ] * ONE))) if rate else _NO_LIMIT
@@ -61,7 +63,7 @@ class SteeringHistory:
             self._shift += 1
         self.saturation = int(values[PRED_SAT] * ONE) if values[PRED_SAT] else ONE
 
-    def note(self, asked, ticks):
+    def note(self, asked: float, ticks: int) -> None:
         """Store the steering commanded (`asked`) in this tick, `ticks` after the last one."""
         ticks = min(ticks, ROOM)
         while ticks > 1:  # a loop that was held up: the actuator kept what it had
@@ -69,7 +71,7 @@ class SteeringHistory:
             ticks -= 1
         self._push(round(asked * ONE))
 
-    def begin(self, ticks, partial, measured):
+    def begin(self, ticks: int, partial: float, measured: int | None) -> None:
         """Go to where the steering commanded `ticks` ago has `partial` of its tick left to act; 0 is all of it.
 
         There the actuator is at the `measured` steering, in the model's units, or at the model's own if None.
@@ -85,20 +87,18 @@ class SteeringHistory:
                 self.position = measured if -_MOST < measured < _MOST else _MOST if measured > 0 else -_MOST
                 self._on_model = False
 
-    def advance(self, partial, ticks, tail):
+    def advance(self, partial: float, ticks: int, tail: float) -> None:
         """Advance by `partial` of a tick, then `ticks` whole ones, then `tail` of one, all of which may be 0.
 
         In the tail, the last commanded steering is held.
         """
-        before = first = 0.0
+        before = first = moment = 0.0
         if partial:
             before = self._follow(self._next, self._limit(partial)) * partial
             first = self._inner * partial * partial
             self._next += 1
             self._on_model = self._on_model or self._meets_model()
-        total = 0  # of the whole ticks
-        moment = 0.0  # of these about their beginning, the first tick's middle
-        done = 0
+        total = done = 0  # of the whole ticks; the moment is about their beginning, the first tick's middle
         while done < ticks and not self._on_model:
             if abs(self._limited) >= self._count - self._next and self._runs_beside(ticks - done):
                 break
@@ -134,14 +134,16 @@ class SteeringHistory:
         if tail:
             mean = self._follow(self._count - 1, self._limit(tail))
             moment += tail * (tail * self._inner + 0.5 * ticks * mean)
-            total += tail * mean
+            acted = total + tail * mean
+        else:
+            acted = total + 0.0
         if partial:
-            moment += first + 0.5 * (total * partial - before * length)
-            total += before
-        self.total = total
+            moment += first + 0.5 * (acted * partial - before * length)
+            acted += before
+        self.total = acted
         self.moment = moment
 
-    def _meets_model(self):
+    def _meets_model(self) -> bool:
         """True if the path that is followed has come to the model's, at the beginning of a tick."""
         model = self._model if self._next == self._count else self._felt[self._next & _INDEX]
         if -_SAME <= self.position - model <= _SAME:
@@ -149,7 +151,7 @@ class SteeringHistory:
             return True
         return False
 
-    def _runs_beside(self, ticks):
+    def _runs_beside(self, ticks: int) -> bool:
         """True if a path beside a model that is at its limit is so too for `ticks`, and stays as far from it.
 
         One that is ahead may reach its target earlier; it is taken to run beside only where that makes no difference to
@@ -166,7 +168,7 @@ class SteeringHistory:
         left = max(-self.saturation, min(self.saturation, self._asked[(end - 1) & _INDEX])) - model
         return left >= beside if self._limited > 0 else left <= beside
 
-    def _push(self, asked):
+    def _push(self, asked: int) -> None:
         index = self._count & _INDEX
         self._asked[index] = asked
         self._felt[index] = before = self.position = self._model
@@ -185,11 +187,11 @@ class SteeringHistory:
         else:
             self._limited = 0
 
-    def _limit(self, share):
+    def _limit(self, share: float) -> int:
         """How far the actuator gets in this share of a tick."""
         return int(self._per_tick * share) or 1
 
-    def _follow(self, tick, limit):
+    def _follow(self, tick: int, limit: int) -> int:
         """Move on through a tick, or a part of one in which the actuator gets `limit` far; return the mean position.
 
         A ramp over the share x of it, then rest. `_inner` is its first moment, d (x / 4 - x^2 / 6) for a way of d.
@@ -227,11 +229,11 @@ class SteeringHistory:
         return target + short
 
 
-def _wrapped(value):
+def _wrapped(value: int) -> int:
     """`value` brought into the range of the running sums."""
     return ((value + _HALF_SUM) & _SUM) - _HALF_SUM
 
 
-def _wrapped_product(count, value):
+def _wrapped_product(count: int, value: int) -> int:
     """`count` times a running sum, bar whole wraps, in integers of 30 bits."""
     return count * (value & 0x7FFF) + ((count * (value >> 15) & 0x7FFF) << 15)

@@ -4,18 +4,25 @@ A station numbers what it sends, whatever link that goes over. A copy over a slo
 was obeyed already: it must not undo that one, nor what another station or a fail-safe did since.
 """
 
-_RECENT_US = 3000000  # a link that is later than this is not flown by; beyond it a station may have begun anew
-_BEHIND = 32  # numbers; further back it is a station that begins anew
-_REMEMBERED = 8
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Final
+
+_RECENT_US = 3000000  # type: Final  # a link that is later than this is not flown by; beyond it a station may have begun anew
+_BEHIND = 32  # type: Final  # numbers; further back it is a station that begins anew
+_REMEMBERED = 8  # type: Final
 
 
 class CommandOrder:
     """Remembers the last few commands that were answered: obeyed, overtaken while they waited, or refused."""
 
-    def __init__(self):
-        self._done = []  # (sender, sequence, what, whether it was refused, time), the newest last
+    def __init__(self) -> None:
+        # (sender, sequence, what, whether it was refused, time), the newest last
+        self._done: list[tuple[int, int, tuple[int, float], bool, int]] = []
 
-    def is_late(self, sender, sequence, what, is_safe, uptime_us):
+    def is_late(
+        self, sender: int, sequence: int | None, what: tuple[int, float], is_safe: bool, uptime_us: int
+    ) -> bool:
         """True for a frame that was answered before, or that was sent before one that was answered and not refused.
 
         `what` it asks for. One that `is_safe` (PARK, MANUAL or disarm) is late only as the very frame. `sequence` None:
@@ -32,11 +39,11 @@ class CommandOrder:
                 return True
         return False
 
-    def was_refused(self, sender, sequence, what):
+    def was_refused(self, sender: int, sequence: int | None, what: tuple[int, float]) -> bool:
         """True for a frame that was refused when it came first, and its station told why."""
         return (sender, sequence, what, True) in [done[:4] for done in self._done]
 
-    def note(self, sender, sequence, what, refused, uptime_us):
+    def note(self, sender: int, sequence: int | None, what: tuple[int, float], refused: bool, uptime_us: int) -> None:
         """A command was answered; one without a number says nothing of the order."""
         if sequence is None:
             return

@@ -2,15 +2,23 @@
 
 from ..control.figure_eight import CURVE_PARAMETERS, CurveCheck
 from ..generated_enums import KITE_VALID_DISTANCE
-from ..mavlink.generated_messages import PARAM_SET
 from ..parameters.generated_parameters import LINE_LENGTH, TURN_K
-from ..parameters.values import UNKNOWN
 from .inbox import first_of_another
+from .request import Command
 
-_COMMANDS = 8  # some stations send each over two or three links
-_SETS = 2 * len(CURVE_PARAMETERS)
-_TRIES = 4
-_RESTLESS = "eight changes too often to be checked"
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Final
+
+    from ..estimation.estimator import Estimator
+    from ..estimation.turn_k_estimate import TurnKEstimate
+    from ..parameters.values import Parameters
+    from .request import ParameterSet
+
+_COMMANDS = 8  # type: Final  # some stations send each over two or three links
+_SETS = 2 * len(CURVE_PARAMETERS)  # type: Final
+_TRIES = 4  # type: Final
+_RESTLESS = "eight changes too often to be checked"  # type: Final
 
 
 class CurveRequests:
@@ -20,21 +28,21 @@ class CurveRequests:
     flown: with the K that was found in flight where that is in use.
     """
 
-    def __init__(self, parameters, kite, turn_k):
+    def __init__(self, parameters: "Parameters", kite: "Estimator", turn_k: "TurnKEstimate") -> None:
         self._parameters = parameters
         self._kite = kite
         self._turn_k = turn_k
         self._check = CurveCheck()
-        self._commands = []
-        self._sets = []
-        self._current = None  # the request, as in the inbox's queues
-        self._curve = None  # what the check began with
-        self._tries = 0
-        self._last = -1  # sender of the set that was checked last
+        self._commands: list[Command] = []
+        self._sets: "list[ParameterSet]" = []
+        self._current: "Command | ParameterSet | None" = None  # the request, as in the inbox's queues
+        self._curve: list[float] | None = None  # what the check began with
+        self._tries: int = 0
+        self._last: int = -1  # sender of the set that was checked last
 
-    def put(self, request):
+    def put(self, request: "Command | ParameterSet") -> bool:
         """Take a request in; False if there is no room."""
-        if request.message != PARAM_SET:
+        if isinstance(request, Command):
             if len(self._commands) + self._looks_at_command() >= _COMMANDS:
                 return False
             self._commands.append(request)
@@ -49,14 +57,17 @@ class CurveRequests:
         self._sets.append(request)
         return True
 
-    def next(self):
+    def next(self) -> "Command | ParameterSet | None":
         """The request to look at now, or None."""
         if self._current is None:
             self._current = self._commands.pop(0) if self._commands else self._next_set()
         return self._current
 
-    def advance(self, index, value):
-        """Go on with the check for the present request, with parameter `index` at `value`; True when it is done."""
+    def advance(self, index: int, value: float | None) -> bool:
+        """Go on with the check for the present request; True when it is done.
+
+        With parameter `index` at `value`, which is None for a command.
+        """
         check = self._check
         if self._curve is None:
             self._begin(index, value)
@@ -69,39 +80,42 @@ class CurveRequests:
             self._begin(index, value)
         return check.done
 
-    def end(self):
+    def end(self) -> str | None:
         """Forget the present request; return what the check found, or None."""
         problem = self._check.problem if self._curve is not None else None
         self._current = self._curve = None
         self._tries = 0
         return problem
 
-    def is_busy(self):
+    def is_busy(self) -> bool:
         """True while any request waits, or is looked at."""
         return bool(self._commands or self._sets) or self._current is not None
 
-    def commands_wait(self):
+    def commands_wait(self) -> bool:
         """True while a command waits, or is looked at."""
         return bool(self._commands) or self._looks_at_command()
 
-    def holds(self, command):
+    def holds(self, command: Command) -> bool:
         """True for a copy of a command that waits, or is looked at."""
-        waiting = self._commands + ([self._current] if self._looks_at_command() else [])
-        return any(other.is_copy_of(command) for other in waiting)
+        current = self._current
+        if isinstance(current, Command) and current.is_copy_of(command):
+            return True
+        return any(other.is_copy_of(command) for other in self._commands)
 
-    def take_commands(self):
+    def take_commands(self) -> list[Command]:
         """Take all commands out; return them."""
         commands = self._commands
         self._commands = []
-        if self._looks_at_command():
-            commands.insert(0, self._current)
+        current = self._current
+        if isinstance(current, Command):
+            commands.insert(0, current)
             self.end()
         return commands
 
-    def _looks_at_command(self):
-        return self._current is not None and self._current.message != PARAM_SET
+    def _looks_at_command(self) -> bool:
+        return isinstance(self._current, Command)
 
-    def _next_set(self):
+    def _next_set(self) -> "ParameterSet | None":
         sets = self._sets
         if not sets:
             return None
@@ -109,17 +123,17 @@ class CurveRequests:
         self._last = request.sender
         return request
 
-    def _begin(self, index, value):
+    def _begin(self, index: int, value: float | None) -> None:
         self._curve = self._values()
         values = list(self._parameters.values)
-        if index != UNKNOWN:
+        if value is not None:
             values[index] = value
         if self._turn_k.in_use and index != TURN_K:
             values[TURN_K] = self._turn_k.value
         measured = self._kite.valid & KITE_VALID_DISTANCE
         self._check.begin(values, self._kite.distance if measured else values[LINE_LENGTH])
 
-    def _values(self):
+    def _values(self) -> list[float]:
         """The parameters of the present curve."""
         values = self._parameters.values
         return [values[index] for index in CURVE_PARAMETERS]

@@ -25,10 +25,27 @@ from .command_requests import CommandRequests
 from .curve_requests import CurveRequests
 from .file_server import FileServer
 from .parameter_requests import ParameterRequests
+from .request import Command, ParameterSet
 
-_ORDERS_PER_TICK = 6
-_PER_TICK = 8  # orders and questions
-_COMPONENT = 1
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Final
+
+    from ..estimation.estimator import Estimator
+    from ..estimation.turn_k_estimate import TurnKEstimate
+    from ..mavlink.interface import Link
+    from ..modes.mode_machine import ModeMachine
+    from ..parameters.persistence import Keeper
+    from ..parameters.values import Parameters
+    from ..timing import Timing
+    from .inbox import Inbox
+    from .request import Request
+    from .telemetry import Telemetry
+
+_ORDERS_PER_TICK = 6  # type: Final
+_PER_TICK = 8  # type: Final  # orders and questions
+_COMPONENT = 1  # type: Final
 
 
 class Dispatcher:
@@ -39,8 +56,11 @@ class Dispatcher:
     a disarm or PARK does. A late copy of a command does nothing of this.
     """
 
-    def __init__(self, parameters, modes, kite, turn_k, keeper, link, telemetry, timing):
-        self._system = parameters.values  # looked up at each request: it may change
+    def __init__(
+        self, parameters: "Parameters", modes: "ModeMachine", kite: "Estimator", turn_k: "TurnKEstimate",
+        keeper: "Keeper", link: "Link", telemetry: "Telemetry", timing: "Timing"
+    ) -> None:
+        self._system: list[float] = parameters.values  # looked up at each request: it may change
         self._modes = modes
         self._keeper = keeper
         self._link = link
@@ -50,12 +70,12 @@ class Dispatcher:
         )
         self._curve = CurveRequests(parameters, kite, turn_k)
         self._order = CommandOrder()
-        self._say = telemetry.say
+        self._say: "Callable[[int, str], None]" = telemetry.say
         self._files = FileServer(link)
-        self._now = 0
-        self._uptime_us = 0
-        self._is_busy = False  # something goes on without a new request
-        self._handlers = {
+        self._now: int = 0
+        self._uptime_us: int = 0
+        self._is_busy: bool = False  # something goes on without a new request
+        self._handlers: "dict[int, Callable[[Request], None]]" = {
             HEARTBEAT: self._on_heartbeat,
             PARAM_REQUEST_LIST: self._on_param_request_list,
             PARAM_REQUEST_READ: self._on_param_request_read,
@@ -67,7 +87,7 @@ class Dispatcher:
             PING: self._on_ping,
         }
 
-    def serve(self, inbox, now, uptime_us):
+    def serve(self, inbox: "Inbox", now: int, uptime_us: int) -> None:
         """Answer the oldest requests of `inbox`, a fixed number at most, and go on with lists, checks and files."""
         self._now = now
         self._uptime_us = uptime_us
@@ -97,14 +117,14 @@ class Dispatcher:
         self._is_busy = (
             self._curve.is_busy() or self._parameters.is_busy() or self._commands.is_busy() or self._files.is_busy())
 
-    def _handle(self, inbox, request):
-        if request.command is None:
+    def _handle(self, inbox: "Inbox", request: "Request") -> None:
+        if not isinstance(request, Command):
             self._handle_message(inbox, request)
         elif self._is_for_us(request):
             self._handle_command(inbox, request)
 
-    def _handle_message(self, inbox, request):
-        if self._needs_curve(request):
+    def _handle_message(self, inbox: "Inbox", request: "Request") -> None:
+        if isinstance(request, ParameterSet) and self._sets_curve(request):
             if not self._curve.put(request):
                 inbox.refused += 1
             return
@@ -112,7 +132,7 @@ class Dispatcher:
         if handler is not None:
             handler(request)
 
-    def _handle_command(self, inbox, command):
+    def _handle_command(self, inbox: "Inbox", command: Command) -> None:
         if command.overtaken:
             self._reject(command)
             return
@@ -136,16 +156,16 @@ class Dispatcher:
                 self._note(command, True)
             self._reject(command)
 
-    def _moves(self, request):
+    def _moves(self, command: Command) -> bool:
         """True for a command to this kite that arms, disarms or changes the mode."""
-        return request.command is not None and request.moves() and self._is_for_us(request)
+        return command.moves() and self._is_for_us(command)
 
-    def _is_late(self, command):
+    def _is_late(self, command: Command) -> bool:
         """True for a late copy of a command that moves the kite."""
         return self._order.is_late(
             command.sender, command.sequence, command.wish(), command.is_safe(), self._uptime_us)
 
-    def _answer_late(self, command):
+    def _answer_late(self, command: Command) -> None:
         """A late copy changes nothing: it is accepted where what it asks for is so, and rejected otherwise."""
         if self._commands.is_so(command):
             self._commands.acknowledge(command, MAV_RESULT_ACCEPTED)
@@ -154,114 +174,117 @@ class Dispatcher:
             self._say(MAV_SEVERITY_WARNING, "overtaken by a later command")
         self._reject(command)
 
-    def _note(self, command, refused):
+    def _note(self, command: Command, refused: bool) -> None:
         """Remember a command that moves the kite: a copy of it may come later."""
         self._order.note(command.sender, command.sequence, command.wish(), refused, self._uptime_us)
 
-    def _run(self, command, problem):
+    def _run(self, command: Command, problem: str | None) -> None:
         """Do what a command asks for; `problem` is what speaks against flying the curve, or None."""
         result = self._commands.run(command, problem, self._now, self._uptime_us)
         if command.moves():
             self._note(command, result != MAV_RESULT_ACCEPTED)
 
-    def _reject(self, command):
+    def _reject(self, command: Command) -> None:
         self._commands.acknowledge(command, MAV_RESULT_TEMPORARILY_REJECTED)
 
-    def _needs_curve(self, request):
-        """True for what may be done only when the eight is known to be one that can be flown."""
-        if request.command is not None:
-            return self._commands.needs_curve(request)
-        if request.message != PARAM_SET or not self._is_for_us(request):
+    def _sets_curve(self, request: ParameterSet) -> bool:
+        """True for what may be set only when the eight that it makes is known to be one that can be flown."""
+        if not self._is_for_us(request):
             return False
         return self._parameters.changes_curve(request.name, request.value) != UNKNOWN
 
-    def _check_curve(self):
+    def _check_curve(self) -> None:
         """Go on with the check for the request whose turn it is, and do what it asks for when that is through."""
         request = self._curve.next()
         if request is None:
             return
-        is_command = request.command is not None
-        if is_command and self._is_late(request):  # a copy of one that waited before it
-            self._curve.end()
-            self._answer_late(request)
-            return
-        problem = None
-        if self._needs_curve(request):  # it may not any more: another mode, an earlier copy
-            index = UNKNOWN if is_command else self._parameters.changes_curve(request.name, request.value)
-            if not self._curve.advance(index, None if is_command else request.value):
+        index = UNKNOWN
+        value = None
+        if isinstance(request, Command):
+            if self._is_late(request):  # a copy of one that waited before it
+                self._curve.end()
+                self._answer_late(request)
                 return
-            problem = self._curve.end()
+            needs_curve = self._commands.needs_curve(request)
         else:
-            self._curve.end()
-        if is_command:
+            needs_curve = self._sets_curve(request)
+            index = self._parameters.changes_curve(request.name, request.value)
+            value = request.value
+        if needs_curve and not self._curve.advance(index, value):  # it may not any more: another mode, an earlier copy
+            return
+        found = self._curve.end()
+        problem = found if needs_curve else None
+        if isinstance(request, Command):
             self._run(request, problem)
         else:
             self._parameters.set(request, problem)
 
-    def _is_for_the_ground(self, command):
+    def _is_for_the_ground(self, command: Command) -> bool:
         """True for a PARK while the kite is not armed: not urgent, its turn comes behind an ARM before it."""
         return not self._modes.armed() and self._moves(command) and not command.disarms()
 
-    def _overtake(self, orders, before):
+    def _overtake(self, orders: "list[Request]", before: int) -> None:
         """Reject the commands that came before a disarm or PARK and would undo it."""
         self._overtake_waiting()
         for request in orders[:before]:
-            if self._moves(request) and not request.is_urgent() and not self._is_late(request):
+            if not isinstance(request, Command) or not self._moves(request):
+                continue
+            if not request.is_urgent() and not self._is_late(request):
                 self._note(request, False)
                 request.overtaken = True
 
-    def _overtake_waiting(self):
+    def _overtake_waiting(self) -> None:
         """Reject the commands that wait for the curve's check."""
         for command in self._curve.take_commands():
             self._note(command, False)
             self._reject(command)
 
-    def _is_for_us(self, request):
+    def _is_for_us(self, request: Command | ParameterSet) -> bool:
         return self._for_us(request.target_system, request.target_component)
 
-    def _for_us(self, system, component):
+    def _for_us(self, system: int, component: int) -> bool:
         return system in (0, int(self._system[SYSTEM_ID])) and component in (0, _COMPONENT)
 
-    def _on_heartbeat(self, request):
+    def _on_heartbeat(self, request: "Request") -> None:
         _, kind, _, _, _, _ = request.values
         if kind == MAV_TYPE_GCS:
             self._modes.hear_station()
             self._keeper.greet(request.system)
 
-    def _on_param_request_list(self, request):
+    def _on_param_request_list(self, request: "Request") -> None:
         target_system, target_component = request.values
         if self._for_us(target_system, target_component):
             self._parameters.list_all()
 
-    def _on_param_request_read(self, request):
+    def _on_param_request_read(self, request: "Request") -> None:
         index, target_system, target_component, name = request.values
         if self._for_us(target_system, target_component):
             self._parameters.read(index, name, request.system, request.component)
 
-    def _on_param_set(self, request):
-        if self._is_for_us(request):
+    def _on_param_set(self, request: "Request") -> None:
+        if isinstance(request, ParameterSet) and self._is_for_us(request):
             self._parameters.set(request, None)
 
-    def _on_manual_control(self, request):
+    def _on_manual_control(self, request: "Request") -> None:
         _, y, _, _, _, target_system, *_ = request.values
         if target_system in (0, int(self._system[SYSTEM_ID])) and -1000 <= y <= 1000:
             self._modes.hear_manual(y * 0.001)
 
-    def _on_mission_request_list(self, request):
+    def _on_mission_request_list(self, request: "Request") -> None:
         target_system, target_component, kind = request.values
         if self._for_us(target_system, target_component):
             self._link.answer(MISSION_COUNT, (0, request.system, request.component, kind))
 
-    def _on_radio_status(self, request):
+    def _on_radio_status(self, request: "Request") -> None:
         _, _, _, _, free, _, _ = request.values
         self._link.budget.hear_radio(free)
 
-    def _on_timesync(self, request):
+    def _on_timesync(self, request: "Request") -> None:
         answered, asked = request.values
         if answered == 0:
             self._link.answer(TIMESYNC, (self._uptime_us * 1000 or 1, asked))  # 0 would be a question
 
-    def _on_ping(self, request):
+    def _on_ping(self, request: "Request") -> None:
         time_us, number, target_system, target_component = request.values
         if target_system == 0 and target_component == 0:
             self._link.answer(PING, (time_us, number, request.system, request.component))

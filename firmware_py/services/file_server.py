@@ -25,19 +25,27 @@ from ..generated_enums import (
 from ..mavlink.generated_messages import FILE_TRANSFER_PROTOCOL
 from .generated_metadata import CRC32S, NAMES, SIZES
 
-_HEADER = "<HBBBBBBI"  # sequence, session, opcode, size, opcode asked, burst complete, padding, offset
-_DATA = 12  # where the data begin
-_MOST = 239  # bytes of data in a message
-_AROUND = 27  # bytes of a frame that are no data
-_LEAST = 32  # bytes of data, on the slowest line
-_BURSTS = 4  # stations served at a time
-_STATIONS = 8  # whose sessions are kept
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from io import BufferedReader
+    from typing import Any, Final
+
+    from ..mavlink.interface import Link
+
+_HEADER = "<HBBBBBBI"  # type: Final  # sequence, session, opcode, size, opcode asked, burst complete, padding, offset
+_DATA = 12  # type: Final  # where the data begin
+_MOST = 239  # type: Final  # bytes of data in a message
+_AROUND = 27  # type: Final  # bytes of a frame that are no data
+_LEAST = 32  # type: Final  # bytes of data, on the slowest line
+_BURSTS = 4  # type: Final  # stations served at a time
+_STATIONS = 8  # type: Final  # whose sessions are kept
 
 
 class _Burst:
     """A file on its way to a station, `piece` bytes at a time; `index` is that of the file."""
 
-    def __init__(self, system, component, sequence, index, offset, piece):
+    def __init__(self, system: int, component: int, sequence: int, index: int, offset: int, piece: int) -> None:
         self.system = system
         self.component = component
         self.sequence = sequence
@@ -49,21 +57,21 @@ class _Burst:
 class FileServer:
     """One message a tick: an answer, or else the next piece of a burst."""
 
-    def __init__(self, link):
+    def __init__(self, link: "Link") -> None:
         self._link = link
-        self._payload = bytearray(_DATA + _MOST)
-        self._view = memoryview(self._payload)
-        self._zeros = bytes(_MOST)
-        self._file = None  # the one that is open
-        self._open = -1  # its index
-        self._sessions = []  # (system, component, index of the file), the newest last
-        self._bursts = []
+        self._payload: bytearray = bytearray(_DATA + _MOST)
+        self._view: memoryview = memoryview(self._payload)
+        self._zeros: bytes = bytes(_MOST)
+        self._file: "BufferedReader | None" = None  # the one that is open
+        self._open: int = -1  # its index
+        self._sessions: list[tuple[int, int, int]] = []  # (system, component, index of the file), the newest last
+        self._bursts: "list[_Burst]" = []
 
-    def is_busy(self):
+    def is_busy(self) -> bool:
         """True while files are on their way."""
         return bool(self._bursts)
 
-    def serve(self, files, for_us):
+    def serve(self, files: "list[tuple[tuple[Any, ...], int, int]]", for_us: "Callable[[int, int], bool]") -> None:
         """Answer the oldest of `files` (values, system, component) if it is `for_us(system, component)`."""
         if not (files or self._bursts) or not self._link.budget.claim_answer_room():
             return
@@ -77,7 +85,7 @@ class FileServer:
             if self._go_on(burst):
                 self._bursts.append(burst)  # behind the others
 
-    def _answer(self, payload, system, component):
+    def _answer(self, payload: bytes, system: int, component: int) -> None:
         sequence, session, opcode, size, _, _, _, offset = struct.unpack_from(_HEADER, payload, 0)
         if opcode in (MAV_FTP_OPCODE_ACK, MAV_FTP_OPCODE_NAK):
             return
@@ -107,7 +115,7 @@ class FileServer:
                     self._bursts = self._bursts[1 - _BURSTS :]  # the eldest gives way: its station asks again
                     self._bursts.append(burst)
 
-    def _find(self, to, name):
+    def _find(self, to: tuple[int, int, int, int, int], name: bytes) -> None:
         """Open a file, or tell its checksum."""
         end = name.find(b"\0")
         name = (name if end < 0 else name[:end]).lstrip(b"/")
@@ -123,7 +131,7 @@ class FileServer:
                 return
         self._refuse(to, MAV_FTP_ERR_FILENOTFOUND)
 
-    def _go_on(self, burst):
+    def _go_on(self, burst: "_Burst") -> bool:
         """Send the next piece of a burst; False if it was the last."""
         to = (burst.system, burst.component, burst.sequence, 0, MAV_FTP_OPCODE_BURSTREADFILE)
         offset = burst.offset
@@ -132,7 +140,9 @@ class FileServer:
         last = burst.offset >= SIZES[burst.index]
         return self._send_piece(to, burst.index, offset, burst.piece, 1 if last else 0) and not last
 
-    def _send_piece(self, to, index, offset, piece, complete):
+    def _send_piece(
+        self, to: tuple[int, int, int, int, int], index: int, offset: int, piece: int, complete: int
+    ) -> bool:
         """Send bytes of a file; False if it cannot be read."""
         piece = min(piece, SIZES[index] - offset)
         file = self._file if self._has(index) else None
@@ -147,7 +157,7 @@ class FileServer:
         self._acknowledge(to, piece, offset, complete)
         return True
 
-    def _has(self, index):
+    def _has(self, index: int) -> bool:
         """Have the file of this index open; False if there is none."""
         if self._open != index:
             if self._file is not None:
@@ -158,7 +168,7 @@ class FileServer:
                 self._open = index
         return self._open == index
 
-    def _open_session(self, system, component, index):
+    def _open_session(self, system: int, component: int, index: int) -> None:
         sessions = []
         for session in self._sessions:
             station, part, _ = session
@@ -167,31 +177,33 @@ class FileServer:
         self._sessions = sessions[1 - _STATIONS :]
         self._sessions.append((system, component, index))
 
-    def _index_of(self, system, component):
+    def _index_of(self, system: int, component: int) -> int:
         """The file that a station has opened, or -1."""
         for station, part, index in self._sessions:
             if station == system and part == component:
                 return index
         return -1
 
-    def _end_burst(self, system, component):
+    def _end_burst(self, system: int, component: int) -> None:
         self._bursts = [burst for burst in self._bursts if burst.system != system or burst.component != component]
 
-    def _acknowledge(self, to, size, offset, complete=0):
+    def _acknowledge(self, to: tuple[int, int, int, int, int], size: int, offset: int, complete: int = 0) -> None:
         self._send(to, MAV_FTP_OPCODE_ACK, size, offset, complete)
 
-    def _refuse(self, to, error, offset=0):
+    def _refuse(self, to: tuple[int, int, int, int, int], error: int, offset: int = 0) -> None:
         self._payload[_DATA] = error
         self._send(to, MAV_FTP_OPCODE_NAK, 1, offset, 0)
 
-    def _send(self, to, opcode, size, offset, complete):
+    def _send(
+        self, to: tuple[int, int, int, int, int], opcode: int, size: int, offset: int, complete: int
+    ) -> None:
         system, component, sequence, session, asked = to
         struct.pack_into(_HEADER, self._payload, 0, sequence, session, opcode, size, asked, complete, 0, offset)
         self._view[_DATA + size :] = self._zeros[size:]
         self._link.answer(FILE_TRANSFER_PROTOCOL, (0, system, component, self._payload))
 
 
-def _open_beside(name):
+def _open_beside(name: str) -> "BufferedReader | None":
     """The file of this name beside the firmware, open, or None."""
     try:
         folder = __file__[: max(__file__.rfind("/"), __file__.rfind("\\")) + 1]

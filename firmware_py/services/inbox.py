@@ -19,26 +19,35 @@ from ..mavlink.generated_messages import (
 )
 from .request import Command, ParameterSet, Request
 
-_QUESTIONS = 64
-_ORDERS = 32
-_URGENT = 4  # of each kind
-_FILES = 4  # each holds a quarter of a kilobyte
-_RESERVED = 4  # last places of a queue, for senders that have nothing in it
-_ORDER_MESSAGES = (PARAM_SET, MANUAL_CONTROL, HEARTBEAT, RADIO_STATUS)
-_QUESTION_MESSAGES = (PARAM_REQUEST_LIST, PARAM_REQUEST_READ, MISSION_REQUEST_LIST, TIMESYNC, PING)
-_COMMANDS = (COMMAND_LONG, COMMAND_INT)
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from typing import Any, Final
+
+    from ..sample import Sample
+
+_QUESTIONS = 64  # type: Final
+_ORDERS = 32  # type: Final
+_URGENT = 4  # type: Final  # of each kind
+_FILES = 4  # type: Final  # each holds a quarter of a kilobyte
+_RESERVED = 4  # type: Final  # last places of a queue, for senders that have nothing in it
+_ORDER_MESSAGES = (PARAM_SET, MANUAL_CONTROL, HEARTBEAT, RADIO_STATUS)  # type: Final[tuple[int, ...]]
+_QUESTION_MESSAGES = (
+    PARAM_REQUEST_LIST, PARAM_REQUEST_READ, MISSION_REQUEST_LIST, TIMESYNC, PING,
+)  # type: Final[tuple[int, ...]]
+_COMMANDS = (COMMAND_LONG, COMMAND_INT)  # type: Final[tuple[int, ...]]
 
 
 class Queue:
     """Requests (request.py), oldest first; one sender alone cannot fill it."""
 
-    def __init__(self, room):
-        self.requests = []
+    def __init__(self, room: int) -> None:
+        self.requests: "list[Request]" = []
         self._room = room
-        self._waiting = {}  # how many, by sender
-        self._last = -1  # sender of the one that was taken fairly last
+        self._waiting: dict[int, int] = {}  # how many, by sender
+        self._last: int = -1  # sender of the one that was taken fairly last
 
-    def put(self, request, position=None):
+    def put(self, request: "Request", position: int | None = None) -> bool:
         """Add a request, behind all others where no `position` is given; False if there is no room for it."""
         count = len(self.requests)
         sender = request.sender
@@ -49,13 +58,13 @@ class Queue:
         self.requests.insert(count if position is None else position, request)
         return True
 
-    def take_fairly(self):
+    def take_fairly(self) -> "Request":
         """The oldest request of another sender than the last one's, if there is any."""
         request = self.take(first_of_another(self.requests, self._last))
         self._last = request.sender
         return request
 
-    def take(self, index=0):
+    def take(self, index: int = 0) -> "Request":
         """The oldest request, or the one at `index`."""
         request = self.requests.pop(index)
         sender = request.sender
@@ -67,10 +76,10 @@ class Queue:
         return request
 
 
-class _Urgent:
+class Urgent:
     """A `command` that waits for nobody, with how many orders came `before` it."""
 
-    def __init__(self, command, before):
+    def __init__(self, command: "Command", before: int) -> None:
         self.command = command
         self.before = before
 
@@ -83,16 +92,18 @@ class Inbox:
     there, and when these are full, a new one replaces the last: all of a kind do the same.
     """
 
-    def __init__(self):
-        self.sample = None  # values of KITE_SENSORS, the newest since the last tick
-        self.tick = None  # values of KITE_TICK
+    def __init__(self) -> None:
+        self.sample: "Sample | None" = None  # values of KITE_SENSORS, the newest since the last tick
+        self.tick: tuple[int, int] | None = None  # values of KITE_TICK
         self.questions = Queue(_QUESTIONS)
         self.orders = Queue(_ORDERS)
-        self.urgent = []
-        self.files = []  # FILE_TRANSFER_PROTOCOL: (values, system, component)
-        self.refused = 0  # requests that found their queue full
+        self.urgent: "list[Urgent]" = []
+        self.files: "list[tuple[tuple[Any, ...], int, int]]" = []  # FILE_TRANSFER_PROTOCOL: (values, system, component)
+        self.refused: int = 0  # requests that found their queue full
 
-    def put(self, message, values, system, component, sequence=None):
+    def put(
+        self, message: int, values: "tuple[Any, ...]", system: int, component: int, sequence: int | None = None
+    ) -> None:
         """Take a message (values in wire order) from `system` and `component`; `sequence` is its frame's number."""
         if message == KITE_SENSORS:
             newest = self.sample
@@ -103,20 +114,22 @@ class Inbox:
         elif not self._put_request(message, values, system, component, sequence):
             self.refused += 1
 
-    def take_sample(self):
+    def take_sample(self) -> "Sample | None":
         """The newest sample since the last call, or None."""
         sample = self.sample
         self.sample = None
         return sample
 
-    def take_urgent(self):
+    def take_urgent(self) -> "list[Urgent]":
         """What is urgent since the last call, oldest first: `command`, and how many orders came `before` it."""
         urgent = self.urgent
         if urgent:
             self.urgent = []
         return urgent
 
-    def _put_request(self, message, values, system, component, sequence):
+    def _put_request(
+        self, message: int, values: "tuple[Any, ...]", system: int, component: int, sequence: int | None
+    ) -> bool:
         if message == FILE_TRANSFER_PROTOCOL:
             if len(self.files) >= _FILES:
                 return False
@@ -133,18 +146,18 @@ class Inbox:
             return self.questions.put(request)
         return message not in _ORDER_MESSAGES or self.orders.put(request)  # nobody here has a use for the others
 
-    def _put_urgent(self, command):
+    def _put_urgent(self, command: "Command") -> bool:
         """False where one of the same kind had to give way."""
         kind = command.disarms()
         same = [entry for entry in self.urgent if entry.command.disarms() == kind]
         full = len(same) >= _URGENT
         if full:
             self.urgent.remove(same[-1])
-        self.urgent.append(_Urgent(command, len(self.orders.requests)))
+        self.urgent.append(Urgent(command, len(self.orders.requests)))
         return not full
 
 
-def first_of_another(requests, last):
+def first_of_another(requests: "Sequence[Request]", last: int) -> int:
     """Index of the oldest of `requests` that is not of the sender `last`; 0 where all are."""
     for index in range(len(requests)):
         if requests[index].sender != last:
@@ -152,7 +165,7 @@ def first_of_another(requests, last):
     return 0
 
 
-def _stamp(sample):
+def _stamp(sample: "Sample") -> int:
     """The time stamp of values of KITE_SENSORS [us]."""
     time_us, _, _, _, _, _, _, _, _, _ = sample
     return time_us

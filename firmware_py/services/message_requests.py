@@ -27,36 +27,43 @@ from ..mavlink.generated_messages import (
 from ..modes.mode_machine import NAMES
 from .generated_metadata import CRC32S, GENERAL, GENERAL_URI
 
-FIRMWARE_VERSION = (0, 1, 0)
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Final
+
+    from ..mavlink.interface import Link
+    from .telemetry import Telemetry
+
+FIRMWARE_VERSION = (0, 1, 0)  # type: Final[tuple[int, ...]]
 _CAPABILITIES = (
     MAV_PROTOCOL_CAPABILITY_MAVLINK2
     | MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST
     | MAV_PROTOCOL_CAPABILITY_FTP
     | MAV_PROTOCOL_CAPABILITY_COMMAND_INT
-)
+)  # type: Final
 _PROPERTIES = {
     KITE_MODE_STANDBY: MAV_MODE_PROPERTY_NOT_USER_SELECTABLE,  # one disarms for that
     KITE_MODE_MANUAL: MAV_MODE_PROPERTY_ADVANCED,
-}
-_OWN = (AUTOPILOT_VERSION, AVAILABLE_MODES, AVAILABLE_MODES_MONITOR, COMPONENT_METADATA)
-_ABOUT_MODES = (AVAILABLE_MODES, AVAILABLE_MODES_MONITOR, CURRENT_MODE)
-_AROUND = 12  # bytes of a frame that are no payload
-_LAST_ID = 16777215.0
-_SHORTEST_US = 5000.0
-_LONGEST_US = 500000000.0  # must be less than half the wrap of the clock
-_NOT_SENT = 0  # MESSAGE_INTERVAL of a message that there is not
-_OFF = -1
+}  # type: Final[dict[int, int]]
+_OWN = (AUTOPILOT_VERSION, AVAILABLE_MODES, AVAILABLE_MODES_MONITOR, COMPONENT_METADATA)  # type: Final[tuple[int, ...]]
+_ABOUT_MODES = (AVAILABLE_MODES, AVAILABLE_MODES_MONITOR, CURRENT_MODE)  # type: Final[tuple[int, ...]]
+_AROUND = 12  # type: Final  # bytes of a frame that are no payload
+_LAST_ID = 16777215.0  # type: Final
+_SHORTEST_US = 5000.0  # type: Final
+_LONGEST_US = 500000000.0  # type: Final  # must be less than half the wrap of the clock
+_NOT_SENT = 0  # type: Final  # MESSAGE_INTERVAL of a message that there is not
+_OFF = -1  # type: Final
 
 
 class MessageRequests:
     """Uses the `telemetry`, which has the periodic messages."""
 
-    def __init__(self, link, telemetry):
+    def __init__(self, link: "Link", telemetry: "Telemetry") -> None:
         self._link = link
         self._telemetry = telemetry
-        self._modes = []  # those that are still to be told
+        self._modes: list[int] = []  # those that are still to be told
 
-    def result(self, number, second):
+    def result(self, number: float, second: float) -> int:
         """The MAV_RESULT of a request for message `number` (a float, as it came) with parameter `second`."""
         message = message_id(number)
         if message == MESSAGE_INTERVAL:
@@ -66,11 +73,11 @@ class MessageRequests:
             return MAV_RESULT_ACCEPTED if index is not None and index <= len(NAMES) else MAV_RESULT_DENIED
         if message in _OWN:
             return MAV_RESULT_ACCEPTED
-        if not self._telemetry.sends(message):
+        if message is None or not self._telemetry.sends(message):
             return MAV_RESULT_UNSUPPORTED
         return MAV_RESULT_ACCEPTED if self._telemetry.can_send(message) else MAV_RESULT_TEMPORARILY_REJECTED
 
-    def send(self, number, second, now, uptime_us):
+    def send(self, number: float, second: float, now: int, uptime_us: int) -> None:
         """Send the message whose request had the result ACCEPTED."""
         message = int(number)
         if message in _ABOUT_MODES:
@@ -92,37 +99,37 @@ class MessageRequests:
             self._link.budget.spend_on_answer(length + _AROUND)  # at most
             self._telemetry.send(message, now, uptime_us)
 
-    def is_busy(self):
+    def is_busy(self) -> bool:
         """True while there are modes to tell of."""
         return bool(self._modes)
 
-    def send_some(self):
+    def send_some(self) -> None:
         """Tell of the modes that were asked for, while the link has room for answers."""
         while self._modes and self._link.budget.claim_answer_room():
             self._send_mode(self._modes.pop(0))
 
-    def set_interval(self, number, interval_us):
+    def set_interval(self, number: float, interval_us: float) -> int:
         """Send message `number` each `interval_us`; 0 is as usual, -1 not at all. Return the MAV_RESULT."""
         message = message_id(number)
-        if not self._telemetry.sends(message):
+        if message is None or not self._telemetry.sends(message):
             return MAV_RESULT_UNSUPPORTED
         if interval_us not in (0.0, -1.0) and not _SHORTEST_US <= interval_us <= _LONGEST_US:
             return MAV_RESULT_DENIED
         return MAV_RESULT_ACCEPTED if self._telemetry.set_interval(message, int(interval_us)) else MAV_RESULT_DENIED
 
-    def send_interval(self, number):
+    def send_interval(self, number: float) -> None:
         """Tell how often message `number` is sent."""
         message = message_id(number)
         interval = _NOT_SENT
-        if self._telemetry.sends(message):
+        if message is not None and self._telemetry.sends(message):
             interval = self._telemetry.interval(message) or _OFF
         self._link.answer(MESSAGE_INTERVAL, (interval, (message or 0) & 0xFFFF))
 
-    def _send_mode(self, mode):
+    def _send_mode(self, mode: int) -> None:
         name = NAMES[mode].encode()
         self._link.answer(AVAILABLE_MODES, (mode, _PROPERTIES.get(mode, 0), len(NAMES), mode + 1, 0, name))
 
-    def _send_version(self):
+    def _send_version(self) -> None:
         contract = tuple(int(CONTRACT_HASH[2 * index : 2 * index + 2], 16) for index in range(8))
         version = 0
         for number in FIRMWARE_VERSION:
@@ -134,6 +141,6 @@ class MessageRequests:
         )
 
 
-def message_id(number):
+def message_id(number: float) -> int | None:
     """A message id that came as a float, or None where it cannot be one."""
     return int(number) if 0.0 <= number <= _LAST_ID and number % 1.0 == 0.0 else None

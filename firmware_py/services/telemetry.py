@@ -26,21 +26,30 @@ from ..mavlink.generated_messages import (
 )
 from ..parameters.generated_parameters import POSITION_HZ, STATE_HZ
 
-_SECOND = 1000000
-_TEXTS = 8  # texts kept until they can be sent
-_GEOFENCE = 1 << 20  # reported healthy: a ground station otherwise warns of a breach
-_U16 = 65535
-_SLOWEST_HZ = 0.0078125  # a beat must be shorter than half the wrap of the clock
-_HALF_WRAP = MASK // 2 + 1
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Final
+
+    from ..autopilot import Autopilot
+    from ..estimation.estimator import Estimator
+    from ..mavlink.interface import Link
+
+_SECOND = 1000000  # type: Final
+_TEXTS = 8  # type: Final  # texts kept until they can be sent
+_GEOFENCE = 1 << 20  # type: Final  # reported healthy: a ground station otherwise warns of a breach
+_U16 = 65535  # type: Final
+_SLOWEST_HZ = 0.0078125  # type: Final  # a beat must be shorter than half the wrap of the clock
+_HALF_WRAP = MASK // 2 + 1  # type: Final
 
 
 # What is sent regularly, the shortest first where the link carries little.
-_STREAMS = (SYS_STATUS, CURRENT_MODE, NAMED_VALUE_FLOAT, LOCAL_POSITION_NED, KITE_STATE)
-_FIRST_US = (0, _SECOND // 4, _SECOND // 2, _SECOND // 8, 0)  # not all in one tick with the heartbeat
-_USUAL_US = (_SECOND, 2 * _SECOND, _SECOND, 0, 0)  # 0: a parameter says
-_OF_KITE = (LOCAL_POSITION_NED, KITE_STATE)  # need a sample
-_FROM_START = (HEARTBEAT,) + _STREAMS
-_OF_MODE = _STREAMS.index(CURRENT_MODE)
+_STREAMS = (SYS_STATUS, CURRENT_MODE, NAMED_VALUE_FLOAT, LOCAL_POSITION_NED, KITE_STATE)  # type: Final[tuple[int, ...]]
+# Not all in one tick with the heartbeat.
+_FIRST_US = (0, _SECOND // 4, _SECOND // 2, _SECOND // 8, 0)  # type: Final[tuple[int, ...]]
+_USUAL_US = (_SECOND, 2 * _SECOND, _SECOND, 0, 0)  # type: Final[tuple[int, ...]]  # 0: a parameter says
+_OF_KITE = (LOCAL_POSITION_NED, KITE_STATE)  # type: Final[tuple[int, ...]]  # need a sample
+_FROM_START = (HEARTBEAT,) + _STREAMS  # type: Final[tuple[int, ...]]
+_OF_MODE = _STREAMS.index(CURRENT_MODE)  # type: Final
 
 
 class Telemetry:
@@ -49,36 +58,38 @@ class Telemetry:
     What the link has no room for is left out, except the heartbeat; texts wait.
     """
 
-    def __init__(self, link, autopilot):
+    def __init__(self, link: "Link", autopilot: "Autopilot") -> None:
         self._link = link
         self._autopilot = autopilot
-        self._texts = []
-        self._heartbeat_due = None
-        self._due = [0] * len(_STREAMS)
-        self._asked = [0] * len(_STREAMS)  # intervals that a station asked for [us]; 0 as usual, -1 not at all
-        self._periods = [0] * len(_STREAMS)  # intervals at present, where no parameter changed since `_version`
-        self._version = -1
-        self._mode = KITE_MODE_STANDBY  # when last looked at
-        self._mode_is_told = False  # CURRENT_MODE: a station that does not know it would miss its sequence numbers
+        self._texts: list[tuple[int, bytes, int, int]] = []
+        self._heartbeat_due: int | None = None
+        self._due: list[int] = [0] * len(_STREAMS)
+        self._asked: list[int] = [0] * len(_STREAMS)  # by a station [us]; 0 as usual, -1 not at all
+        self._periods: list[int] = [0] * len(_STREAMS)  # at present, if no parameter changed since `_version`
+        self._version: int = -1
+        self._mode: int = KITE_MODE_STANDBY  # when last looked at
+        self._mode_is_told: bool = False  # CURRENT_MODE: who does not know it would miss its sequence numbers
 
-    def say(self, severity, text):
+    def say(self, severity: int, text: str) -> None:
         """Queue a text for the operator, at most 50 characters; the oldest gives way."""
         if len(self._texts) >= _TEXTS:
             self._texts.pop(0)
         self._texts.append((severity, text.encode(), 0, 0))
 
-    def tell_mode(self):
+    def tell_mode(self) -> None:
         """Send CURRENT_MODE regularly from the next tick on: some station knows the messages about modes."""
         self._mode_is_told = True
         self._version = -1
 
-    def send_due(self, now, uptime_us):
+    def send_due(self, now: int, uptime_us: int) -> None:
         """Send what is due at `now`: heartbeat first, then texts, then the rest."""
         due = self._due
-        if self._heartbeat_due is None:
+        heartbeat_due = self._heartbeat_due
+        if heartbeat_due is None:
             self._begin(now)
+            heartbeat_due = now
         changed = self._mode != self._autopilot.modes.mode
-        beats = _is_due(self._heartbeat_due, _SECOND, now)
+        beats = _is_due(heartbeat_due, _SECOND, now)
         if beats:
             self._heartbeat_due = ticks_add(now, _SECOND)
         if beats or changed:
@@ -94,12 +105,12 @@ class Telemetry:
             self._look_up_periods()
         self._send_streams(now, uptime_us)
 
-    def _begin(self, now):
+    def _begin(self, now: int) -> None:
         self._heartbeat_due = now
         for index in range(len(_STREAMS)):
             self._due[index] = ticks_add(now, _FIRST_US[index])
 
-    def _send_streams(self, now, uptime_us):
+    def _send_streams(self, now: int, uptime_us: int) -> None:
         """Send what is due of the regular messages but the heartbeat."""
         due = self._due
         budget = self._link.budget
@@ -118,19 +129,19 @@ class Telemetry:
                 if budget.claim_room():
                     self.send(_STREAMS[index], now, uptime_us)
 
-    def sends(self, message):
+    def sends(self, message: int) -> bool:
         """True for a message that is sent regularly."""
         return message in _FROM_START
 
-    def can_send(self, message):
+    def can_send(self, message: int) -> bool:
         """True if there is something to say in such a message."""
         return message not in _OF_KITE or self._autopilot.kite.has_heard()
 
-    def interval(self, message):
+    def interval(self, message: int) -> int:
         """The present interval [us] of a message that is sent regularly; 0 where it is not sent at present."""
         return _SECOND if message == HEARTBEAT else self._period_us(_STREAMS.index(message))
 
-    def set_interval(self, message, interval_us):
+    def set_interval(self, message: int, interval_us: int) -> bool:
         """Send a message each `interval_us`; 0 is as usual, -1 not at all. False where that cannot be."""
         if message == HEARTBEAT:
             return interval_us in (0, _SECOND)
@@ -138,7 +149,7 @@ class Telemetry:
         self._version = -1
         return True
 
-    def send(self, message, now, uptime_us):
+    def send(self, message: int, now: int, uptime_us: int) -> None:
         """Send one of the messages that are sent regularly."""
         autopilot = self._autopilot
         if message == KITE_STATE:
@@ -154,12 +165,12 @@ class Telemetry:
         else:
             self._send_heartbeat()
 
-    def _look_up_periods(self):
+    def _look_up_periods(self) -> None:
         self._version = self._autopilot.parameters.version
         for index in range(len(_STREAMS)):
             self._periods[index] = self._period_us(index)
 
-    def _period_us(self, index):
+    def _period_us(self, index: int) -> int:
         """The interval of a stream [us], 0 where it is off."""
         asked = self._asked[index]
         if asked:
@@ -171,7 +182,7 @@ class Telemetry:
         rate_hz = self._autopilot.parameters.values[STATE_HZ if _STREAMS[index] == KITE_STATE else POSITION_HZ]
         return int(_SECOND / max(rate_hz, _SLOWEST_HZ)) if rate_hz else 0
 
-    def _send_heartbeat(self):
+    def _send_heartbeat(self) -> None:
         autopilot = self._autopilot
         modes = autopilot.modes
         base = MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
@@ -181,16 +192,16 @@ class Telemetry:
             state = MAV_STATE_CRITICAL if modes.stale else MAV_STATE_ACTIVE
         self._link.send(HEARTBEAT, (modes.mode, MAV_TYPE_KITE, MAV_AUTOPILOT_GENERIC, base, state, 3))
 
-    def _send_status(self):
+    def _send_status(self) -> None:
         autopilot = self._autopilot
         bad_crc, unknown, lost, overflowed = self._link.counters()
-        errors = (bad_crc, unknown, lost, overflowed + autopilot.inbox.refused)
-        errors = tuple(min(count, _U16) for count in errors)
+        counts = (bad_crc, unknown, lost, overflowed + autopilot.inbox.refused)
+        errors = tuple(min(count, _U16) for count in counts)
         sensors = (_GEOFENCE, _GEOFENCE, _GEOFENCE)
         load = min(1000, autopilot.timing.tick_us * 1000 // autopilot.period_us)
         self._link.send(SYS_STATUS, sensors + (load, _U16, -1, 0, 0) + errors + (-1, 0, 0, 0))
 
-    def _send_state(self, now):
+    def _send_state(self, now: int) -> None:
         autopilot = self._autopilot
         kite = autopilot.kite
         guidance = autopilot.guidance
@@ -212,7 +223,7 @@ class Telemetry:
             ),
         )
 
-    def _send_position(self, kite, uptime_us):
+    def _send_position(self, kite: "Estimator", uptime_us: int) -> None:
         """Position and velocity [m, m/s] in the wire's frame: x, -y, -z of the wind frame."""
         frame = kite.frame
         up = kite.speed * cos(kite.course)
@@ -226,12 +237,12 @@ class Telemetry:
         )
 
 
-def _is_due(due, period, now):
+def _is_due(due: int, period: int, now: int) -> bool:
     """True from `due` on, and where that lies further ahead than it can: the clock has jumped."""
     return not 0 < ticks_diff(due, now) <= period + _SECOND
 
 
-def _next_due(due, period, now):
+def _next_due(due: int, period: int, now: int) -> int:
     """When to send next, keeping the beat, unless more than a beat was missed."""
     due = ticks_add(due, period)
     return due if ticks_diff(now, due) < 0 else ticks_add(now, period // 2)

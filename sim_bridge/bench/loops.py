@@ -26,7 +26,7 @@ _FLYER = Path(__file__).parent / "flown_and_timed.py"
 
 
 class Speed(NamedTuple):
-    """Times real time of one loop in a scenario, over some flights; a tick with its runtime, and a plant's step [us]."""
+    """Times real time of a loop in a scenario, over some flights; a tick with its runtime, and a plant's step [us]."""
 
     median: float
     least: float

@@ -2,8 +2,8 @@
 
 MicroPython looks a module's constant up by its name, each time, and keeps the name on the heap. What `mpy-cross` cannot
 do, since it sees one file at a time, is done here: a name that a module sets once to a number becomes that number, in
-its own module and in those that import it, and its definition goes. Lines stay where they are, so that a traceback
-names the right one.
+its own module and in those that import it, and its definition goes. So does what only type checkers look at, under
+`if TYPE_CHECKING:`. Lines stay where they are, so that a traceback names the right one.
 """
 
 import ast
@@ -35,6 +35,20 @@ def imported_module(importer: str, node: ast.ImportFrom, is_package: bool = Fals
     return ".".join([*package, *([node.module] if node.module else [])])
 
 
+def is_for_types(node: ast.stmt) -> bool:
+    """True for what a module has for type checkers alone: `TYPE_CHECKING = False`, and what is under it."""
+    match node:
+        case ast.Assign(targets=[ast.Name(id="TYPE_CHECKING")]) | ast.If(test=ast.Name(id="TYPE_CHECKING"), orelse=[]):
+            return True
+    return False
+
+
+def is_types_only(text: str) -> bool:
+    """True for the text of a module that holds nothing but types: no board needs it."""
+    first, *rest = ast.parse(text).body or [ast.Pass()]
+    return isinstance(first, ast.Expr) and bool(rest) and all(map(is_for_types, rest))
+
+
 class _Module:
     """A source file: its constants by name, and where they are set."""
 
@@ -42,6 +56,8 @@ class _Module:
         self.name = name
         self.text = text
         self.tree = ast.parse(text)
+        self.types = [node for node in self.tree.body if is_for_types(node)]
+        self.tree.body = [node for node in self.tree.body if not is_for_types(node)]
         self.constants: dict[str, Number] = {}
         self.definitions: dict[str, ast.Assign] = {}
         self.imports = [node for node in self.tree.body if isinstance(node, ast.ImportFrom)]
@@ -100,7 +116,7 @@ class _Module:
                  for number in [self.constants.get(node.id)] if number is not None]
         gone = [node for name, node in self.definitions.items() if (self.name, name) not in needed]
         edits = [edit for edit in edits if not any(_lies_in(edit, node) for node in gone)]
-        edits += [_edit(node, "") for node in gone]
+        edits += [_edit(node, "") for node in (*gone, *self.types)]
         edits += [_edit(node, self._import_left(node)) for node in self.imports if self.source_of(node) in known]
         return _edited(self.text, edits)
 

@@ -14,7 +14,7 @@ import firmware_py
 from firmware_py.boards.settings import check_settings
 from kite_analysis.console.mistakes import closest
 from kite_analysis.console.optional_packages import ExtraMissingError
-from sim_bridge.boards.constants import put_constants_in
+from sim_bridge.boards.constants import is_types_only, put_constants_in
 
 # The light is the board's own, whatever board.py says: that may be what is damaged.
 MAIN = """\
@@ -54,8 +54,8 @@ class BoardError(Exception):
 
 
 def firmware_files() -> list[Path]:
-    """The source files of the firmware, in all its folders, by name."""
-    return sorted(_SOURCE.rglob("*.py"))
+    """The source files of the firmware, in all its folders, by name: all but those of types alone."""
+    return sorted(path for path in _SOURCE.rglob("*.py") if not is_types_only(path.read_text("utf-8")))
 
 
 def data_files() -> list[Path]:

@@ -1,5 +1,6 @@
 """The firmware's own objects in this process: no sockets and no codec, but every field rounded as the wire does."""
 
+from collections.abc import Sequence
 from struct import Struct
 from typing import Any, Final
 
@@ -8,6 +9,7 @@ from firmware_py.generated_enums import MAV_COMP_ID_AUTOPILOT1, MAV_COMP_ID_USER
 from firmware_py.mavlink.budget import LinkBudget
 from firmware_py.mavlink.encoder import LONGEST_FRAME, Encoder
 from firmware_py.mavlink.generated_messages import HEARTBEAT, HIL_ACTUATOR_CONTROLS, KITE_SENSORS, KITE_STATE, MESSAGES
+from firmware_py.services.inbox import Inbox
 from protocol.messages import BY_ID
 from sim_bridge.equipment.sensors import Sample
 from sim_bridge.links.single_precision import as_single
@@ -19,7 +21,7 @@ _AROUND: Final = 12  # bytes of a frame that are no payload
 _LAYOUTS: Final = {message: Struct(layout) for message, (layout, *_) in MESSAGES.items()}
 
 
-def as_on_the_wire(message: int, values: tuple[Any, ...]) -> tuple[Any, ...]:
+def as_on_the_wire(message: int, values: Sequence[Any]) -> tuple[Any, ...]:
     """`values` as they come out at the other end: floats in single precision, text padded with zeros."""
     layout = _LAYOUTS[message]
     return layout.unpack(layout.pack(*values))
@@ -36,18 +38,19 @@ class DirectLink:
         self.frames: list[bytes] = []
         self.budget = LinkBudget(0)
         self._encoders = [Encoder(1, MAV_COMP_ID_AUTOPILOT1), Encoder(1, MAV_COMP_ID_USER1)] if keep_frames else []
+        self.lockstep = True
 
     def set_system(self, system: int) -> None:
         """Send with this system id from now on."""
         for encoder in self._encoders:
             encoder.system = system
 
-    def answer(self, message: int, values: Any) -> None:
+    def answer(self, message: int, values: Sequence[Any]) -> None:
         """Take an answer from the firmware."""
         self.send(message, values)
         self.budget.spend_on_answer(_size(message, values))
 
-    def send(self, message: int, values: Any) -> int:
+    def send(self, message: int, values: Sequence[Any]) -> int:
         """Take a message from the firmware; return the bytes of its frame, where the firmware counts them."""
         if message == HIL_ACTUATOR_CONTROLS:
             _time_us, _flags, steering, *_others = values
@@ -64,6 +67,10 @@ class DirectLink:
         elif message in BY_ID:
             self.replies.append((message, with_names(message, as_on_the_wire(message, values))))
             return _size(message, values)
+        return 0
+
+    def receive(self, inbox: Inbox, most: int = 0) -> int:
+        """Nothing comes this way: `exchange` fills the inbox."""
         return 0
 
     def flush(self) -> None:
@@ -123,6 +130,6 @@ def _told(values: Any) -> ToldState:
                      as_single(path_parameter), as_single(steering_asked), overruns, status, mode)
 
 
-def _size(message: int, values: Any) -> int:
+def _size(message: int, values: Sequence[Any]) -> int:
     """Bytes of a frame of `message`, whose zeros at the end are cut off."""
     return _AROUND + max(1, len(_LAYOUTS[message].pack(*values).rstrip(b"\0")))

@@ -22,6 +22,7 @@ from firmware_bench import (
 )
 from simulated_storage import SimulatedStorage
 
+from firmware_py.estimation.estimator import Estimator
 from firmware_py.modes.mode_machine import ModeMachine
 from firmware_py.parameters.persistence import Keeper
 from firmware_py.parameters.values import Parameters
@@ -316,7 +317,7 @@ def test_the_history_of_steering_keeps_time_with_a_loop_that_is_late():
 
 def test_a_station_that_sets_on_and_on_does_not_wear_the_flash_out():
     parameters, storage, said = Parameters(), SimulatedStorage(), []
-    modes = ModeMachine(parameters, None, lambda severity, text: None)
+    modes = ModeMachine(parameters, Estimator(), lambda severity, text: None)
     keeper = Keeper(parameters, modes, storage, None, lambda severity, text: said.append(text))
     keeper.start(None)
     for second in range(600):

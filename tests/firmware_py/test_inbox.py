@@ -66,9 +66,9 @@ def test_a_place_is_free_again_for_a_sender_who_still_waits():
 def test_senders_are_taken_in_turn_and_each_ones_oldest_first():
     queue = Queue(32)
     for number, system in enumerate((66, 66, 66, 1, 66, 2, 1)):
-        queue.put(Request(PING, number, system, 1))
+        queue.put(Request(PING, (number,), system, 1))
     taken = [queue.take_fairly() for _ in range(7)]
-    assert [(request.values, request.system) for request in taken] == [
+    assert [(*request.values, request.system) for request in taken] == [
         (0, 66), (3, 1), (1, 66), (5, 2), (2, 66), (6, 1), (4, 66)]
 
 

@@ -328,10 +328,10 @@ def test_retained_memory_is_written_on_a_change_only():
 def test_resets_and_modes_are_events_that_outlive_a_reset():
     board = flown_board(FlyingKite())
     board.boot(WATCHDOG, FlyingKite()).run(0.1)
-    events = [(code, value) for _, code, _, value in EventRing(board.retained).entries()]
+    events = [(code, value) for _, code, _, value in EventRing(retained_of(board)).entries()]
     assert events == [(EVENT_RESET, 0.0), (EVENT_MODE, float(PARK)), (EVENT_MODE, float(TRACK)),
                       (EVENT_RESET, 1.0), (EVENT_MODE, float(PARK))]
-    uptimes_ms = [uptime for _, _, uptime, _ in EventRing(board.retained).entries()]
+    uptimes_ms = [uptime for _, _, uptime, _ in EventRing(retained_of(board)).entries()]
     assert uptimes_ms[0] == uptimes_ms[3] == 0 and 1500 < uptimes_ms[1] < uptimes_ms[2] < 4500
 
 
@@ -342,7 +342,7 @@ def test_a_value_that_was_acknowledged_has_been_kept():
     for name in ("INNER_P", "FF_GAIN", "STATE_HZ", "PARK_ELEVATION"):
         bench.set(**{name: 0.75})
         kept = Parameters()
-        assert Recovery(board.retained).load(kept) is True
+        assert Recovery(retained_of(board)).load(kept) is True
         assert kept.values == bench.autopilot.parameters.values
         assert kept.values[NAMES.index(name)] == 0.75
 

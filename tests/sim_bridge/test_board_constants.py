@@ -2,8 +2,8 @@
 
 import ast
 
-from sim_bridge.boards.constants import put_constants_in
-from sim_bridge.boards.image import firmware_files, to_compile
+from sim_bridge.boards.constants import is_types_only, put_constants_in
+from sim_bridge.boards.image import ARCHITECTURES, firmware_files, lay_out, to_compile
 
 
 def package(**texts: str) -> dict[str, str]:
@@ -71,3 +71,27 @@ def test_the_firmware_is_left_without_names_for_its_modes_and_messages():
     for path, text in texts.items():
         assert text.count("\n") == path.read_text("utf-8").count("\n")
         assert "KITE_MODE_" not in text.replace("KITE_MODE values", ""), path
+
+
+def test_what_is_for_type_checkers_alone_goes_and_the_constants_with_it():
+    kite = "from math import pi\n\nTYPE_CHECKING = False\nif TYPE_CHECKING:\n    from typing import Final\n\n"
+    put_in = package(
+        kite=kite + "TURN = 2  # type: Final\n", types=kite.replace("Final", "Any"),
+        loop="from .kite import TURN\n\nTYPE_CHECKING = False\nif TYPE_CHECKING:\n    from .types import Any\n\n\n"
+             'def answer(kite: "Any" = None) -> int:\n    return TURN\n')
+    assert value(put_in["kite.loop"]) == 2
+    assert not any(word in text for text in put_in.values() for word in ("TYPE_CHECKING", "typing", ".types"))
+    assert put_in["kite.kite"].count("\n") == kite.count("\n") + 1
+
+
+def test_only_a_file_of_types_alone_is_none_of_a_board():
+    types = '"""Types."""\n\nTYPE_CHECKING = False\nif TYPE_CHECKING:\n    from typing import Any\n'
+    assert is_types_only(types)
+    assert not any(map(is_types_only, ("", '"""A package."""\n', types + "LIGHT = 3\n", '"""A light."""\nLIGHT = 3\n')))
+
+
+def test_a_board_gets_no_trace_of_types(tmp_path):
+    names = lay_out(tmp_path, {}, ARCHITECTURES["rp2"])
+    assert "firmware_py/autopilot.mpy" in names and "firmware_py/control/interface.mpy" not in names
+    for path in tmp_path.rglob("*.mpy"):
+        assert not any(word in path.read_bytes() for word in (b"TYPE_CHECKING", b"typing", b"Protocol")), path

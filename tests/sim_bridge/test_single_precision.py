@@ -56,7 +56,8 @@ def single_precision(monkeypatch):
     monkeypatch.setattr(inproc, "as_on_the_wire", singles)
     monkeypatch.setattr(sensors, "as_single", lambda value: np.float32(as_single(value)))
     monkeypatch.setattr(Parameters, "__init__", start_single)
-    monkeypatch.setattr(Parameters, "set", lambda self, index, value: put(self, index, np.float32(value)))
+    monkeypatch.setattr(
+        Parameters, "set", lambda self, index, value: put(self, index, np.float32(value)))  # type: ignore[arg-type]
     for module in MODULES:
         for name in FUNCTIONS:
             if hasattr(module, name):

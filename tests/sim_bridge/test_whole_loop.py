@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from firmware_py.control.figure_eight import CurvePoint, FigureEight
+from firmware_py.control.guidance import Guidance
 from kite_analysis.delay.characteristic_equation import Gains, Loop
 from kite_analysis.delay.characteristic_roots import rightmost_roots
 from kite_analysis.delay.inner_loop import loop_delay
@@ -79,9 +80,9 @@ def flight_errors(case, gain, duration_s, course_error_rad=0.003):
     for name, value in (("INNER_P", gain), ("OUTER_L", case.outer_l), ("FF_GAIN", 0.0), ("PARK_ELEVATION", 0.0)):
         scenario.set_parameter(name, value, "test")
     runtime = InprocRuntime()
-    guidance = runtime.autopilot.guidance
-    guidance.curve = GreatCircle(start, along)
-    guidance._point = GreatCirclePoint(guidance.curve)
+    curve = GreatCircle(start, along)
+    guidance = runtime.autopilot.guidance = Guidance(curve)
+    guidance._point = GreatCirclePoint(curve)
     flight = Flight(scenario, runtime)
     flight.fly(duration_s)
     columns = dict(zip(COLUMNS, np.array(flight.rows).T, strict=True))
