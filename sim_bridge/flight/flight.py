@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kite_analysis.figure_eight import Array, TargetEight
-from kite_analysis.metrics import NOT_MEASURED, Metrics, Track, measure
+from kite_analysis.metrics import Metrics, Track, measure
+from kite_analysis.verdicts import NOT_MEASURED
 from protocol.messages import KiteState
 from sim_bridge.equipment.actuator import Actuator
 from sim_bridge.equipment.sensors import SAMPLE_BYTES, Sample, Sensors

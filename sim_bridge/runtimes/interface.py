@@ -13,10 +13,6 @@ from sim_bridge.equipment.sensors import Sample
 from sim_bridge.links.wire import Message
 
 
-class FirmwareError(Exception):
-    """The firmware cannot be started, fell silent, or answered the wrong tick; the text says so in one line."""
-
-
 class TickOutput(NamedTuple):
     """What came out of a tick.
 

@@ -6,8 +6,9 @@ from collections.abc import Callable
 
 from protocol import dialect
 from sim_bridge.equipment.sensors import Sample
+from sim_bridge.errors import FirmwareError
 from sim_bridge.links.port import Port
-from sim_bridge.runtimes.interface import FirmwareError, Message, TickOutput
+from sim_bridge.runtimes.interface import Message, TickOutput
 from sim_bridge.runtimes.interpreter import Interpreter
 from sim_bridge.runtimes.process import ProcessRuntime
 from sim_bridge.runtimes.wired import WireRuntime
