@@ -4,11 +4,12 @@ One table serves both sides: the generator writes the firmware's copy from it, a
 bridge read it here for units, limits and documentation.
 """
 
-import struct
 import tomllib
 from functools import cache
 from importlib import resources
 from typing import NamedTuple
+
+from protocol.single_precision import float32
 
 _FLAGS = {"disarmed_only": False, "read_only": False, "off_at_zero": False}
 _KEYS = {"default", "least", "greatest", "step", "unit", "group", "text", *_FLAGS}
@@ -52,14 +53,6 @@ class Parameter(NamedTuple):
         if self.step and (rounded - self.least) % self.step:
             return f"{self.name} = {value:g} is not {self.least:g} plus a multiple of {self.step:g}"
         return None
-
-
-def float32(value: float) -> float:
-    """Round to the nearest float32, as a REAL32 on the wire does. Overflow gives an infinity."""
-    try:
-        return struct.unpack("<f", struct.pack("<f", value))[0]
-    except OverflowError:
-        return float("inf") if value > 0 else float("-inf")
 
 
 def parse_parameters(text: str) -> dict[str, Parameter]:

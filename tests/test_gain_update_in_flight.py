@@ -13,7 +13,7 @@ from ground.cli.main import main as kite_ground
 from kite_analysis.delay.inner_loop import optimal_gain
 from kite_analysis.flights.tlog import read_tlog
 from protocol import dialect
-from protocol.parameter_table import float32
+from protocol.single_precision import float32
 
 
 def free_port():

@@ -1,1 +1,1 @@
-"""The program `kite-ground`: a file for each group of verbs, the monitor, the terminal."""
+"""The program `kite-ground`: the table of verbs, a file for each group of them, the monitor, the terminal."""

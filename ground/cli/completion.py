@@ -2,19 +2,18 @@
 
 import argparse
 
-from ground.cli.options import Connect, add_verb
+from ground.cli.options import Connect, begin_verb
 from ground.errors import UsageError
 from protocol.parameter_table import load_parameters
 
 SHELLS = ("bash", "zsh", "fish")
 
 
-def add_completion_verb(verbs) -> None:
-    """Add `completion`."""
-    script = add_verb(verbs, "completion", print_completion, "print a shell script that completes "
-                      "verbs, options and parameter names", '  eval "$(kite-ground completion bash)"\n'
-                      "  kite-ground completion fish > ~/.config/fish/completions/kite-ground.fish")
-    script.add_argument("shell", choices=SHELLS)
+def add_completion_options(verb: argparse.ArgumentParser) -> None:
+    """Options of `completion`."""
+    begin_verb(verb, '  eval "$(kite-ground completion bash)"\n'
+               "  kite-ground completion fish > ~/.config/fish/completions/kite-ground.fish")
+    verb.add_argument("shell", choices=SHELLS)
 
 
 def print_completion(args: argparse.Namespace, connect: Connect) -> int:
@@ -23,6 +22,7 @@ def print_completion(args: argparse.Namespace, connect: Connect) -> int:
         import shtab  # noqa: PLC0415  (an extra)
     except ImportError:
         raise UsageError("completion needs shtab: pip install 'kitepilot[completion]'") from None
+    args.whole_parser.prepare_all()
     print(shtab.complete(args.whole_parser, shell=args.shell))
     return 0
 

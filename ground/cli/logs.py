@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from ground.cli.completion import complete_files
-from ground.cli.options import Connect, Run, positive
+from ground.cli.options import Connect, add_examples, positive
 from ground.cli.terminal import tell
 from ground.errors import UsageError
 from ground.link.transports import open_transport
@@ -30,33 +30,34 @@ _CSV, _ULOG = "csv", "ulog"
 _ENDINGS = {_CSV: ".csv", _ULOG: ".ulg"}
 
 
-def add_log_verbs(verbs) -> None:
-    """Add the verbs that read logs."""
-    again = _add_reader(verbs, "replay", replay, "replay a recorded flight to a ground station, as if the kite "
-                                                 "were flying",
-                        "  kite-ground replay flight.tlog\n"
-                        "  kite-ground replay flight.tlog --speed 4 --from 60 --to-time 120 --loop")
-    again.add_argument("--speed", type=positive, default=1.0, metavar="N", help="times real time (default 1)")
-    again.add_argument("--to", default=DEFAULT_TARGET, metavar="LINK", help="address of the ground station, in the "
-                       f"form of --link (default {DEFAULT_TARGET})")
-    _add_times(again, "--to-time")
-    again.add_argument("--loop", action="store_true", help="repeat the flight until Ctrl-C")
-    group = verbs.add_parser("log", help="convert a recorded flight")
-    of_log = group.add_subparsers(dest="log_verb", required=True, metavar="VERB")
-    out = _add_reader(of_log, "export", export, "write a recorded flight in another format",
-                      "  kite-ground log export flight.tlog\n  kite-ground log export flight.tlog --format ulog\n"
-                      "  kite-ground log export flight.tlog --all --out messages/")
-    out.add_argument("--format", choices=list(_ENDINGS), default=_CSV, help="csv: one row per KITE_STATE; ulog: "
-                     "everything, for PlotJuggler and pyulog (default csv)")
-    out.add_argument("--all", action="store_true", help="with csv: a folder with one file per message type")
-    _add_output(out, "the log's name with the format's extension")
-    picture = _add_reader(verbs, "plot", plot, "plot a recorded flight: the sky, turning angle, steering, links",
-                          "  kite-ground plot flight.tlog\n  kite-ground plot flight.tlog --from 60 --out turn.svg")
-    _add_output(picture, f"the log's name with .png; {ENDINGS_IN_WORDS} names the format")
-    _add_times(picture, "--to")
-    for parser in (out, picture):
-        parser.add_argument("--system", type=int, choices=range(1, 256), metavar="ID",
-                            help="system id of the kite, if the log has several")
+def add_replay_options(verb: argparse.ArgumentParser) -> None:
+    """Options of `replay`."""
+    _add_log_file(verb, "  kite-ground replay flight.tlog\n"
+                  "  kite-ground replay flight.tlog --speed 4 --from 60 --to-time 120 --loop")
+    verb.add_argument("--speed", type=positive, default=1.0, metavar="N", help="times real time (default 1)")
+    verb.add_argument("--to", default=DEFAULT_TARGET, metavar="LINK", help="address of the ground station, in the "
+                      f"form of --link (default {DEFAULT_TARGET})")
+    _add_times(verb, "--to-time")
+    verb.add_argument("--loop", action="store_true", help="repeat the flight until Ctrl-C")
+
+
+def add_export_options(verb: argparse.ArgumentParser) -> None:
+    """Options of `log export`."""
+    _add_log_file(verb, "  kite-ground log export flight.tlog\n  kite-ground log export flight.tlog --format ulog\n"
+                  "  kite-ground log export flight.tlog --all --out messages/")
+    verb.add_argument("--format", choices=list(_ENDINGS), default=_CSV, help="csv: one row per KITE_STATE; ulog: "
+                      "everything, for PlotJuggler and pyulog (default csv)")
+    verb.add_argument("--all", action="store_true", help="with csv: a folder with one file per message type")
+    _add_output(verb, "the log's name with the format's extension")
+    _add_system(verb)
+
+
+def add_plot_options(verb: argparse.ArgumentParser) -> None:
+    """Options of `plot`."""
+    _add_log_file(verb, "  kite-ground plot flight.tlog\n  kite-ground plot flight.tlog --from 60 --out turn.svg")
+    _add_output(verb, f"the log's name with .png; {ENDINGS_IN_WORDS} names the format")
+    _add_times(verb, "--to")
+    _add_system(verb)
 
 
 def replay(args: argparse.Namespace, connect: Connect) -> int:
@@ -115,13 +116,10 @@ def plot(args: argparse.Namespace, connect: Connect) -> int:
     return 0
 
 
-def _add_reader(verbs, name: str, function: Run, summary: str, examples: str) -> argparse.ArgumentParser:
-    """Add a verb that reads a log and needs no link."""
-    parser = verbs.add_parser(name, help=summary, description=summary[0].upper() + summary[1:] + ".",
-                              epilog=f"example:\n{examples}")
-    parser.set_defaults(run=function)
-    complete_files(parser.add_argument("file", metavar="FILE.tlog"))
-    return parser
+def _add_log_file(verb: argparse.ArgumentParser, examples: str) -> None:
+    """What a verb takes that reads a log and needs no link."""
+    add_examples(verb, examples)
+    complete_files(verb.add_argument("file", metavar="FILE.tlog"))
 
 
 def _add_force(parser: argparse.ArgumentParser) -> None:
@@ -137,6 +135,11 @@ def _add_times(parser: argparse.ArgumentParser, to: str) -> None:
     parser.add_argument("--from", dest="from_s", type=_time, default=0.0, metavar="S", help="start at this time of the "
                         "log, in seconds (default 0)")
     parser.add_argument(to, dest="to_s", type=_time, metavar="S", help="stop at this time (default: the end)")
+
+
+def _add_system(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--system", type=int, choices=range(1, 256), metavar="ID",
+                        help="system id of the kite, if the log has several")
 
 
 def _time(text: str) -> float:

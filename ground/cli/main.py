@@ -6,28 +6,30 @@ Exit codes: 0 done, 1 the vehicle refused or did not answer, 2 wrong input or no
 import argparse
 import os
 import sys
-import time
+from typing import TYPE_CHECKING
 
-from ground.cli.completion import add_completion_verb
-from ground.cli.logs import add_log_verbs
-from ground.cli.options import DEFAULTS, common_options, link_names
-from ground.cli.parameters import add_parameter_verbs
-from ground.cli.record import add_record_verb
+from ground.cli.options import DEFAULTS, add_link_options
 from ground.cli.terminal import tell
-from ground.cli.tune import add_tune_verb
-from ground.cli.vehicle import add_vehicle_verbs
+from ground.cli.verbs import VERBS
 from ground.errors import GroundError
-from ground.link.links import open_links
-from ground.session import Session
 from kite_analysis.console.mistakes import Parser
+from kite_analysis.console.verbs import add_verbs
+
+if TYPE_CHECKING:
+    from ground.session import Session
 
 
 def main(argv: list[str] | None = None) -> int:
     """Run kite-ground with `argv` (default: the process's arguments) and return its exit code."""
+    def connect() -> "Session":
+        from ground.cli.connect import open_session  # noqa: PLC0415  most of kite-ground, which --help can do without
+
+        return open_session(args)
+
     try:
         parser = build_parser()
         args = parser.parse_args(argv, argparse.Namespace(**DEFAULTS, whole_parser=parser))
-        code = args.run(args, lambda: open_session(args))
+        code = args.run(args, connect)
         sys.stdout.flush()
         return code
     except SystemExit as leaving:  # argparse has printed the reason
@@ -47,25 +49,9 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def build_parser() -> Parser:
-    """The parser of all verbs; each sets `run(args, connect)`, which does the work and returns the exit code."""
+    """The parser; the verb that is chosen sets `run(args, connect)`, which does the work and returns the exit code."""
     parser = Parser(prog="kite-ground", description="Ground station for kites that fly with kitepilot.",
-                    parents=[common_options(0)], epilog="example:\n  kite-ground --link udpin:0.0.0.0:14550 monitor")
-    verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
-    add_vehicle_verbs(verbs)
-    add_parameter_verbs(verbs)
-    add_tune_verb(verbs)
-    add_record_verb(verbs)
-    add_log_verbs(verbs)
-    add_completion_verb(verbs)
+                    epilog="example:\n  kite-ground --link udpin:0.0.0.0:14550 monitor")
+    add_link_options(parser, 0)
+    add_verbs(parser, VERBS)
     return parser
-
-
-def open_session(args: argparse.Namespace) -> Session:
-    """Open the links of `args` and wait for its vehicle. Raises LinkError or UsageError if that fails."""
-    session = Session(open_links(link_names(args), time.monotonic, tell), tell, args.system)
-    try:
-        session.find_vehicle(args.timeout)
-    except BaseException:
-        session.links.close()
-        raise
-    return session

@@ -4,24 +4,24 @@ import argparse
 import math
 import time
 from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING
 
 from ground.errors import UsageError
-from ground.parameters.snapshot import SnapshotStore
-from ground.session import Session
 from kite_analysis.console.mistakes import closest
+
+if TYPE_CHECKING:
+    from ground.session import Session
 
 DEFAULT_LINK = "udpin:127.0.0.1:14550"
 DEFAULTS = {"timeout": 10.0, "system": None, "wall_clock": time.time}
 _LEVELS = 3  # kite-ground, its verbs, the verbs of `param`: each level has its own --link
 
-Connect = Callable[[], Session]
-Run = Callable[[argparse.Namespace, Connect], int]
+Connect = Callable[[], "Session"]
 
 
-def common_options(level: int = 2) -> argparse.ArgumentParser:
+def add_link_options(parser: argparse.ArgumentParser, level: int = 2) -> None:
     """Options allowed before or after the verb; `level` is the parser's depth, 0 to 2."""
-    parser = argparse.ArgumentParser(add_help=False, argument_default=argparse.SUPPRESS)
-    group = parser.add_argument_group("link")
+    group = parser.add_argument_group("link", argument_default=argparse.SUPPRESS)
     group.add_argument("--link", metavar="LINK", dest=f"link{level}", action="append",
                        help="udpin:HOST:PORT listens, udpout:HOST:PORT connects, serial:DEVICE:BAUD is a "
                        f"cable or radio; repeat to use several links at once (default {DEFAULT_LINK})")
@@ -29,7 +29,11 @@ def common_options(level: int = 2) -> argparse.ArgumentParser:
                        help=f"seconds to wait for the kite's heartbeat (default {DEFAULTS['timeout']:g})")
     group.add_argument("--system", type=int, choices=range(1, 256), metavar="ID",
                        help="system id of the kite (default: the first one heard)")
-    return parser
+
+
+def add_group_link_options(group: argparse.ArgumentParser) -> None:
+    """Options between a group's name and the verb in it."""
+    add_link_options(group, 1)
 
 
 def link_names(args: argparse.Namespace) -> list[str]:
@@ -38,23 +42,15 @@ def link_names(args: argparse.Namespace) -> list[str]:
     return names or [DEFAULT_LINK]
 
 
-def add_snapshot_option(parser: argparse.ArgumentParser) -> None:
-    """Add --snapshot."""
-    parser.add_argument("--snapshot", metavar="FILE", help="file of the snapshot that `param revert` restores "
-                        "(default: one per kite, in the user's state folder)")
+def begin_verb(verb: argparse.ArgumentParser, examples: str) -> None:
+    """Give a verb that talks to the kite the options of the link; `examples` are lines below its help."""
+    add_link_options(verb)
+    add_examples(verb, examples)
 
 
-def snapshot_store(args: argparse.Namespace, session: Session) -> SnapshotStore:
-    """The snapshot of the session's vehicle, in the file of --snapshot (for verbs that have it) or the default."""
-    return SnapshotStore(session.parameters, session.notice, getattr(args, "snapshot", None), args.wall_clock)
-
-
-def add_verb(verbs, name: str, run: Run, summary: str, examples: str) -> argparse.ArgumentParser:
-    """Add a verb with the common options; `examples` are lines below its help."""
-    parser = verbs.add_parser(name, help=summary, description=summary[0].upper() + summary[1:] + ".",
-                              epilog=f"example:\n{examples}", parents=[common_options()])
-    parser.set_defaults(run=run)
-    return parser
+def add_examples(verb: argparse.ArgumentParser, examples: str) -> None:
+    """Put `examples` below a verb's help."""
+    verb.epilog = f"example:\n{examples}"
 
 
 def positive(text: str) -> float:

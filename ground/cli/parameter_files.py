@@ -4,7 +4,8 @@ import argparse
 from pathlib import Path
 
 from ground.cli.completion import complete_files
-from ground.cli.options import Connect, add_snapshot_option, add_verb, snapshot_store
+from ground.cli.options import Connect, begin_verb
+from ground.cli.snapshot_option import add_snapshot_option, snapshot_store
 from ground.cli.terminal import parameter_progress
 from ground.errors import UsageError
 from ground.parameters.file import STYLES, read_parameter_file, write_parameter_file
@@ -16,26 +17,33 @@ from protocol.parameter_table import load_parameters
 SNAPSHOT = "snapshot"
 
 
-def add_parameter_file_verbs(of_param) -> None:
-    """Add the verbs of `param` that write a file, or compare with one."""
-    save = add_verb(of_param, "save", save_parameters, "write all parameters to a file",
-                    "  kite-ground param save before.param\n"
-                    "  kite-ground param save before.params --format qgroundcontrol")
-    changed = add_verb(of_param, "savechanged", save_changed, "write the parameters that are not at their default to a "
-                       "file", "  kite-ground param savechanged gains.param")
-    for parser in (save, changed):
-        complete_files(parser.add_argument("file", metavar="FILE"))
-        parser.add_argument("--format", choices=list(STYLES), default="mavproxy",
-                            help="file format (default mavproxy)")
-        parser.add_argument("--force", action="store_true", help="overwrite an existing file")
-    diff = add_verb(of_param, "diff", show_difference, "show parameters that differ from a file, the defaults "
-                    "or the snapshot", "  kite-ground param diff before.param\n"
-                    "  kite-ground param diff --to-snapshot")
-    complete_files(diff.add_argument("file", metavar="FILE", nargs="?", help="parameter file (default: compare with "
+def add_save_options(verb: argparse.ArgumentParser) -> None:
+    """Options of `param save`."""
+    begin_verb(verb, "  kite-ground param save before.param\n"
+               "  kite-ground param save before.params --format qgroundcontrol")
+    _add_file_options(verb)
+
+
+def add_save_changed_options(verb: argparse.ArgumentParser) -> None:
+    """Options of `param savechanged`."""
+    begin_verb(verb, "  kite-ground param savechanged gains.param")
+    _add_file_options(verb)
+
+
+def _add_file_options(verb: argparse.ArgumentParser) -> None:
+    complete_files(verb.add_argument("file", metavar="FILE"))
+    verb.add_argument("--format", choices=list(STYLES), default="mavproxy", help="file format (default mavproxy)")
+    verb.add_argument("--force", action="store_true", help="overwrite an existing file")
+
+
+def add_difference_options(verb: argparse.ArgumentParser) -> None:
+    """Options of `param diff`."""
+    begin_verb(verb, "  kite-ground param diff before.param\n  kite-ground param diff --to-snapshot")
+    complete_files(verb.add_argument("file", metavar="FILE", nargs="?", help="parameter file (default: compare with "
                                                                              "the defaults)"))
-    diff.add_argument("--to-snapshot", action="store_true", help="compare with the snapshot, which `param revert` "
+    verb.add_argument("--to-snapshot", action="store_true", help="compare with the snapshot, which `param revert` "
                                                                  "restores")
-    add_snapshot_option(diff)
+    add_snapshot_option(verb)
 
 
 def save_parameters(args: argparse.Namespace, connect: Connect) -> int:

@@ -4,8 +4,9 @@ import argparse
 from pathlib import Path
 
 from ground.cli.completion import complete_files, complete_names
-from ground.cli.options import Connect, add_snapshot_option, add_verb, known_name, snapshot_store
+from ground.cli.options import Connect, begin_verb, known_name
 from ground.cli.parameter_files import SNAPSHOT, show_differences
+from ground.cli.snapshot_option import add_snapshot_option, snapshot_store
 from ground.cli.terminal import confirm, parameter_progress, tell
 from ground.errors import NoAnswerError, UsageError, VehicleError
 from ground.parameters.changes import Change, ChangeState, count_states
@@ -17,21 +18,31 @@ from ground.session import Session
 from protocol.parameter_table import load_parameters
 
 
-def add_parameter_load_verbs(of_param) -> None:
-    """Add the verbs of `param` that set many parameters."""
-    load = add_verb(of_param, "load", load_file, "set the parameters that differ from a file (MAVProxy, "
-                    "Mission Planner, QGroundControl)", "  kite-ground param load before.param")
-    complete_files(load.add_argument("file", metavar="FILE"))
-    load.add_argument("--rest", action="store_true", help="if some lines cannot be sent, send the others")
-    back = add_verb(of_param, "revert", revert, "restore the parameters as they were when this flight began",
-                    "  kite-ground param revert\n  kite-ground param revert INNER_P OUTER_L")
-    complete_names(back.add_argument("name", metavar="NAME", nargs="*", help="only these (default: all)"))
-    mark = add_verb(of_param, "snapshot", take_snapshot, "take the present values as the snapshot "
-                    "that `param revert` restores", "  kite-ground param snapshot")
-    for parser in (load, back):
-        parser.add_argument("--yes", action="store_true", help="do not ask for confirmation")
-    for parser in (load, back, mark):
-        add_snapshot_option(parser)
+def add_load_options(verb: argparse.ArgumentParser) -> None:
+    """Options of `param load`."""
+    begin_verb(verb, "  kite-ground param load before.param")
+    complete_files(verb.add_argument("file", metavar="FILE"))
+    verb.add_argument("--rest", action="store_true", help="if some lines cannot be sent, send the others")
+    _add_yes(verb)
+    add_snapshot_option(verb)
+
+
+def add_revert_options(verb: argparse.ArgumentParser) -> None:
+    """Options of `param revert`."""
+    begin_verb(verb, "  kite-ground param revert\n  kite-ground param revert INNER_P OUTER_L")
+    complete_names(verb.add_argument("name", metavar="NAME", nargs="*", help="only these (default: all)"))
+    _add_yes(verb)
+    add_snapshot_option(verb)
+
+
+def add_snapshot_options(verb: argparse.ArgumentParser) -> None:
+    """Options of `param snapshot`."""
+    begin_verb(verb, "  kite-ground param snapshot")
+    add_snapshot_option(verb)
+
+
+def _add_yes(verb: argparse.ArgumentParser) -> None:
+    verb.add_argument("--yes", action="store_true", help="do not ask for confirmation")
 
 
 def load_file(args: argparse.Namespace, connect: Connect) -> int:

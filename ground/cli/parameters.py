@@ -1,4 +1,4 @@
-"""kite-ground param: show, get, set and watch, and the verbs that take a file."""
+"""kite-ground param show, get, set and watch."""
 
 import argparse
 import contextlib
@@ -6,17 +6,8 @@ import fnmatch
 import json
 
 from ground.cli.completion import complete_names
-from ground.cli.options import (
-    Connect,
-    add_snapshot_option,
-    add_verb,
-    common_options,
-    known_name,
-    positive,
-    snapshot_store,
-)
-from ground.cli.parameter_files import add_parameter_file_verbs
-from ground.cli.parameter_load import add_parameter_load_verbs
+from ground.cli.options import Connect, begin_verb, known_name, positive
+from ground.cli.snapshot_option import add_snapshot_option, snapshot_store
 from ground.cli.terminal import parameter_progress, tell
 from ground.errors import GroundError, UsageError
 from ground.parameters.file import format_value, parse_number
@@ -28,35 +19,38 @@ from kite_analysis.console.mistakes import closest
 from protocol.parameter_table import load_parameters
 
 
-def add_parameter_verbs(verbs) -> None:
-    """Add `param` and its verbs."""
-    group = verbs.add_parser("param", help="show, set, save and load parameters", parents=[common_options(1)],
-                             description="Show, set, save and load the kite's parameters.")
-    of_param = group.add_subparsers(dest="param_verb", required=True, metavar="VERB")
-    show = add_verb(of_param, "show", show_parameters, "list parameters; * marks those not at their default",
-                    "  kite-ground param show 'EIGHT_*'")
-    complete_names(show.add_argument("pattern", nargs="*", metavar="PATTERN",
+def add_show_options(verb: argparse.ArgumentParser) -> None:
+    """Options of `param show`."""
+    begin_verb(verb, "  kite-ground param show 'EIGHT_*'")
+    complete_names(verb.add_argument("pattern", nargs="*", metavar="PATTERN",
                                      help="names, with * and ? (default: all)"))
-    show.add_argument("--changed", action="store_true", help="only those that are not at their default")
-    get = add_verb(of_param, "get", get_parameter, "show one parameter and what it means",
-                   "  kite-ground param get INNER_P")
-    complete_names(get.add_argument("name", metavar="NAME"))
-    for parser in (show, get):
-        parser.add_argument("--json", action="store_true", help="print JSON for a script")
-    put = add_verb(of_param, "set", set_parameter, "set one parameter, and wait until the kite acknowledges it",
-                   "  kite-ground param set INNER_P 1.8")
-    complete_names(put.add_argument("name", metavar="NAME"))
-    put.add_argument("value", metavar="VALUE")
-    add_snapshot_option(put)
-    add_parameter_file_verbs(of_param)
-    add_parameter_load_verbs(of_param)
-    look = add_verb(of_param, "watch", watch_parameters, "print each parameter change, from any ground station",
-                    "  kite-ground param watch 'INNER_*' OUTER_L")
-    complete_names(look.add_argument("pattern", nargs="*", metavar="PATTERN",
+    verb.add_argument("--changed", action="store_true", help="only those that are not at their default")
+    _add_json(verb)
+
+
+def add_get_options(verb: argparse.ArgumentParser) -> None:
+    """Options of `param get`."""
+    begin_verb(verb, "  kite-ground param get INNER_P")
+    complete_names(verb.add_argument("name", metavar="NAME"))
+    _add_json(verb)
+
+
+def add_set_options(verb: argparse.ArgumentParser) -> None:
+    """Options of `param set`."""
+    begin_verb(verb, "  kite-ground param set INNER_P 1.8")
+    complete_names(verb.add_argument("name", metavar="NAME"))
+    verb.add_argument("value", metavar="VALUE")
+    add_snapshot_option(verb)
+
+
+def add_watch_options(verb: argparse.ArgumentParser) -> None:
+    """Options of `param watch`."""
+    begin_verb(verb, "  kite-ground param watch 'INNER_*' OUTER_L")
+    complete_names(verb.add_argument("pattern", nargs="*", metavar="PATTERN",
                                      help="names, with * and ? (default: all)"))
-    look.add_argument("--every", type=positive, metavar="S", default=5.0,
+    verb.add_argument("--every", type=positive, metavar="S", default=5.0,
                       help="read all of them this often, in seconds (default 5)")
-    look.add_argument("--duration", type=positive, metavar="S", help="stop after this many seconds")
+    verb.add_argument("--duration", type=positive, metavar="S", help="stop after this many seconds")
 
 
 def show_parameters(args: argparse.Namespace, connect: Connect) -> int:
@@ -121,6 +115,10 @@ def watch_parameters(args: argparse.Namespace, connect: Connect) -> int:
         watch(session.connection, chosen, args.every, args.duration or float("inf"),
               lambda text: print(text, flush=True))
     return 0
+
+
+def _add_json(verb: argparse.ArgumentParser) -> None:
+    verb.add_argument("--json", action="store_true", help="print JSON for a script")
 
 
 def _protect(session: Session, snapshots: SnapshotStore, name: str) -> bool:

@@ -4,20 +4,19 @@ import argparse
 import contextlib
 
 from ground.cli.completion import complete_files
-from ground.cli.options import Connect, add_verb, positive
+from ground.cli.options import Connect, begin_verb, positive
 from ground.cli.terminal import parameter_progress, tell
 from ground.errors import VehicleError
 from ground.logs.recorder import Recorder
 from ground.session import Session
 
 
-def add_record_verb(verbs) -> None:
-    """Add `record`."""
-    log = add_verb(verbs, "record", record, "record everything received to a .tlog until Ctrl-C; reads "
-                   "all parameters first, so that the log has them", "  kite-ground record flight.tlog")
-    complete_files(log.add_argument("file", metavar="FILE.tlog"))
-    log.add_argument("--duration", type=positive, metavar="S", help="stop after this many seconds")
-    log.add_argument("--force", action="store_true", help="overwrite an existing file")
+def add_record_options(verb: argparse.ArgumentParser) -> None:
+    """Options of `record`."""
+    begin_verb(verb, "  kite-ground record flight.tlog")
+    complete_files(verb.add_argument("file", metavar="FILE.tlog"))
+    verb.add_argument("--duration", type=positive, metavar="S", help="stop after this many seconds")
+    verb.add_argument("--force", action="store_true", help="overwrite an existing file")
 
 
 def record(args: argparse.Namespace, connect: Connect) -> int:

@@ -2,14 +2,16 @@
 
 import select
 import sys
+from typing import TYPE_CHECKING
 
-from ground.parameters.client import Progress
-from ground.session import Session
+if TYPE_CHECKING:
+    from ground.parameters.listing import Progress
+    from ground.session import Session
 
 _LOOK_S = 0.1
 
 
-def confirm(session: Session, question: str) -> bool:
+def confirm(session: "Session", question: str) -> bool:
     """Ask on stderr, and serve the link until the answer: a kite that misses its ground station may park."""
     print(f"{question} [y/N] ", end="", file=sys.stderr, flush=True)
     while not _input_is_ready():
@@ -25,7 +27,7 @@ def tell(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
 
-def parameter_progress() -> Progress | None:
+def parameter_progress() -> "Progress | None":
     """A callback that shows "n of total" on stderr while parameters load; None if that is not a terminal."""
     if not sys.stderr.isatty():
         return None

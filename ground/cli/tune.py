@@ -7,7 +7,8 @@ import re
 from collections.abc import Callable
 
 from ground.cli.identify import identify_and_set
-from ground.cli.options import Connect, add_snapshot_option, add_verb, positive, snapshot_store
+from ground.cli.options import Connect, begin_verb, positive
+from ground.cli.snapshot_option import add_snapshot_option, snapshot_store
 from ground.cli.terminal import confirm, tell
 from ground.errors import GroundError, UsageError
 from ground.parameters.file import format_value
@@ -33,15 +34,13 @@ _LEAST_DELAY_S = 1e-3  # without delay, every gain would do
 _GLANCE_S = 5.0
 
 
-def add_tune_verb(verbs) -> None:
-    """Add `tune`."""
-    gain = add_verb(verbs, "tune", tune, f"measure the loop delay in flight, show what {GAIN_NAME} it "
-                    "allows under the present control law, and set it or try a step",
-                    "  kite-ground tune\n  kite-ground tune --step +10%\n"
-                    "  kite-ground tune --delay 0.2\n  kite-ground tune --identify\n\n"
-                    "In TRACK, a new value is flown and compared with the flight before. It stays only if you\n"
-                    "confirm it (with --yes: if the cross-track error did not grow). Otherwise, and after Ctrl-C,\n"
-                    "a lost link or any error, the old value is restored.")
+def add_tune_options(gain: argparse.ArgumentParser) -> None:
+    """Options of `tune`."""
+    begin_verb(gain, "  kite-ground tune\n  kite-ground tune --step +10%\n"
+               "  kite-ground tune --delay 0.2\n  kite-ground tune --identify\n\n"
+               "In TRACK, a new value is flown and compared with the flight before. It stays only if you\n"
+               "confirm it (with --yes: if the cross-track error did not grow). Otherwise, and after Ctrl-C,\n"
+               "a lost link or any error, the old value is restored.")
     gain.add_argument("--delay", type=positive, metavar="S", help="dead time tau of links and actuator together, "
                       "without sampling, in seconds (default: as measured)")
     gain.add_argument("--seconds", type=positive, metavar="S", default=DELAY_MEASURE_S,

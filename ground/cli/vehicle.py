@@ -5,26 +5,36 @@ import contextlib
 import sys
 
 from ground.cli.monitor import monitor
-from ground.cli.options import Connect, add_verb, positive, snapshot_store
+from ground.cli.options import Connect, begin_verb, positive
+from ground.cli.snapshot_option import snapshot_store
 from ground.cli.terminal import parameter_progress, tell
 from ground.errors import GroundError
 from ground.session import Session
 from protocol.modes import MODE_NAMES
 
 
-def add_vehicle_verbs(verbs) -> None:
-    """Add the verbs that watch the vehicle and send it commands."""
-    watch = add_verb(verbs, "monitor", show_monitor, "watch the kite live: a table in a terminal, one line a "
-                     "second in a pipe", "  kite-ground monitor\n"
-                     "  kite-ground --link serial:/dev/ttyACM0:115200 monitor")
-    watch.add_argument("--duration", type=positive, metavar="S", help="stop after this many seconds")
-    mode = add_verb(verbs, "mode", change_mode, "show the mode, or change it and wait until the kite reports it",
-                    "  kite-ground mode track")
-    mode.add_argument("mode", nargs="?", type=str.lower, metavar="MODE",
+def add_monitor_options(verb: argparse.ArgumentParser) -> None:
+    """Options of `monitor`."""
+    begin_verb(verb, "  kite-ground monitor\n  kite-ground --link serial:/dev/ttyACM0:115200 monitor")
+    verb.add_argument("--duration", type=positive, metavar="S", help="stop after this many seconds")
+
+
+def add_mode_options(verb: argparse.ArgumentParser) -> None:
+    """Options of `mode`."""
+    begin_verb(verb, "  kite-ground mode track")
+    verb.add_argument("mode", nargs="?", type=str.lower, metavar="MODE",
                       choices=[name.lower() for name in MODE_NAMES.values()],
                       help=", ".join(name.lower() for name in MODE_NAMES.values()))
-    add_verb(verbs, "arm", arm, "arm, and wait until the kite is armed", "  kite-ground arm")
-    add_verb(verbs, "disarm", disarm, "disarm, and wait until the kite is disarmed", "  kite-ground disarm")
+
+
+def add_arm_options(verb: argparse.ArgumentParser) -> None:
+    """Options of `arm`."""
+    begin_verb(verb, "  kite-ground arm")
+
+
+def add_disarm_options(verb: argparse.ArgumentParser) -> None:
+    """Options of `disarm`."""
+    begin_verb(verb, "  kite-ground disarm")
 
 
 def show_monitor(args: argparse.Namespace, connect: Connect) -> int:

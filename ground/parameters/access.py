@@ -11,7 +11,8 @@ from ground.parameters.client import ParameterClient
 from ground.parameters.file import write_parameter_file
 from kite_analysis.console.mistakes import closest
 from protocol.contract import CONTRACT_HASH
-from protocol.parameter_table import Parameter, float32
+from protocol.parameter_table import Parameter
+from protocol.single_precision import float32
 
 
 class Parameters:

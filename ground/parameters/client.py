@@ -13,7 +13,8 @@ from ground.parameters.changes import Change, ChangeState, Table, Told, count_st
 from ground.parameters.listing import Listing, Progress
 from ground.parameters.writer import ParameterWriter
 from protocol import dialect
-from protocol.parameter_table import float32, load_parameters
+from protocol.parameter_table import load_parameters
+from protocol.single_precision import float32
 
 ATTEMPTS = 20
 HOLES_AT_ONCE = 10

@@ -12,7 +12,8 @@ from typing import NamedTuple
 
 from ground.errors import UsageError
 from protocol import dialect
-from protocol.parameter_table import NAME_LENGTH, float32
+from protocol.parameter_table import NAME_LENGTH
+from protocol.single_precision import float32
 
 STYLES: dict[str, Callable[[str, str, int], str]] = {
     "mavproxy": lambda name, value, system: f"{name:<{NAME_LENGTH}} {value}",

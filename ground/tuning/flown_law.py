@@ -12,7 +12,7 @@ from ground.tuning.in_flight import Effect
 from kite_analysis.delay.characteristic_roots import Gains
 from kite_analysis.delay.flown_loop import FlownLoop, flown_limit, following_error
 from kite_analysis.figure_eight import TargetEight
-from protocol.parameter_table import float32
+from protocol.single_precision import float32
 
 _SETTINGS = ("PRED_DELAY", "FF_GAIN", "FF_FILTER", "GAIN_TAU")
 _EIGHT = ("EIGHT_AZIMUTH", "EIGHT_ELEVATION", "EIGHT_HALF_W", "EIGHT_HALF_H", "EIGHT_DIRECTION")

@@ -9,7 +9,7 @@ from kite_analysis.delay.characteristic_equation import Gains, Loop
 from kite_analysis.delay.design_report import is_stable, paper_lines, whole_loop_dictionary, whole_loop_lines
 from kite_analysis.delay.inner_loop import loop_delay, optimal_gain, stability_limit
 from kite_analysis.delay.whole_loop import Design, design
-from protocol.parameter_table import float32
+from protocol.single_precision import float32
 
 GAIN_NAME = "INNER_P"
 OUTER_NAME = "OUTER_L"

@@ -14,7 +14,7 @@ from ground.vehicle.history import StateHistory
 from kite_analysis.angles import wrap
 from protocol import dialect
 from protocol.modes import mode_name
-from protocol.parameter_table import float32
+from protocol.single_precision import float32
 
 if TYPE_CHECKING:
     from kite_analysis.flights.record import FlightRecord

@@ -9,7 +9,7 @@ from types import FrameType, TracebackType
 from ground.errors import GroundError, NoAnswerError, VehicleError
 from ground.parameters.file import format_value
 from ground.session import Session
-from protocol.parameter_table import float32
+from protocol.single_precision import float32
 
 UNDO_S = 30.0  # how long to wait for a link to come back
 _SIGNALS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))

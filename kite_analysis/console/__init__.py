@@ -1,1 +1,1 @@
-"""Shared by both programs: answers to mistakes, plot files, optional packages."""
+"""Shared by both programs: their verbs, answers to mistakes, optional packages."""

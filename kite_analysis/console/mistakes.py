@@ -1,19 +1,33 @@
 """How the programs answer a mistake: in one line, with a suggestion."""
 
 import argparse
-import difflib
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, NoReturn
 
 
 class Parser(argparse.ArgumentParser):
-    """An argument parser that answers a mistake in one line, and shows examples as they are written."""
+    """An argument parser that answers a mistake in one line, and shows examples as they are written.
+
+    `prepare` gives it what it is to have, when that is first needed; see kite_analysis.console.verbs.
+    """
+
+    prepare: "Callable[[Parser], None] | None" = None
 
     def __init__(self, *args: Any, **keywords: Any) -> None:
-        as_written = keywords.get("epilog") or "\n" in (keywords.get("description") or "")
-        keywords.setdefault(
-            "formatter_class", argparse.RawDescriptionHelpFormatter if as_written else argparse.HelpFormatter)
         super().__init__(*args, allow_abbrev=False, **keywords)
+
+    def prepare_all(self) -> None:
+        """Have this parser and those of all its verbs prepared, for who wants to look at them."""
+        self._be_prepared()
+        for action in self._actions:
+            if isinstance(action, argparse._SubParsersAction):
+                for parser in action.choices.values():
+                    parser.prepare_all()
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:  # type: ignore[override]
+        """As argparse does, prepared."""
+        self._be_prepared()
+        return super().parse_known_args(args, namespace)
 
     def parse_args(self, args: Any = None, namespace: Any = None) -> Any:  # type: ignore[override]
         """As argparse does, but with a suggestion for a misspelt option."""
@@ -31,6 +45,17 @@ class Parser(argparse.ArgumentParser):
     def options(self) -> list[str]:
         """The options of this parser, as they are typed."""
         return [name for action in self._actions for name in action.option_strings if name.startswith("--")]
+
+    def _be_prepared(self) -> None:
+        prepare, self.prepare = self.prepare, None
+        if prepare:
+            prepare(self)
+
+    def _get_formatter(self) -> argparse.HelpFormatter:
+        """Examples, and descriptions of several lines, are shown as they are written."""
+        as_written = self.epilog or "\n" in (self.description or "")
+        self.formatter_class = argparse.RawDescriptionHelpFormatter if as_written else argparse.HelpFormatter
+        return super()._get_formatter()
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         """Name what a word may be; argparse's own words differ with the version of Python."""
@@ -54,5 +79,7 @@ class Parser(argparse.ArgumentParser):
 
 def closest(word: str, known: Iterable[str]) -> str:
     """A half sentence that suggests the known word closest to `word`, or nothing."""
+    import difflib  # noqa: PLC0415  for mistakes alone
+
     near = difflib.get_close_matches(word, list(known), n=1, cutoff=0.5)
     return f"; did you mean {near[0]}?" if near else ""

@@ -12,11 +12,11 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from sim_bridge.boards.image import ARCHITECTURES, lay_out
-from sim_bridge.errors import ScenarioError
+from sim_bridge.boards.architectures import ARCHITECTURES
+from sim_bridge.boards.image import lay_out
+from sim_bridge.errors import FirmwareError, ScenarioError
 from sim_bridge.flight.flight import Flight
 from sim_bridge.links.wire import is_tick
-from sim_bridge.runtimes.interface import FirmwareError
 from sim_bridge.runtimes.interpreter import find_interpreter
 from sim_bridge.runtimes.memory import MemoryRuntime
 from sim_bridge.runtimes.process import micropython_and_firmware

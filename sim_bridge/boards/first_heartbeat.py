@@ -8,7 +8,8 @@ from typing import Any
 import serial
 
 from protocol import dialect
-from sim_bridge.boards.image import BoardError, read_entries
+from sim_bridge.boards.image import read_entries
+from sim_bridge.errors import BoardError
 
 WAIT_S = 20.0
 

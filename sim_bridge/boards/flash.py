@@ -10,8 +10,10 @@ from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
 from kite_analysis.console.optional_packages import ExtraMissingError
-from sim_bridge.boards.image import ARCHITECTURES, PACKAGE, BoardError, board_settings, check_board_settings, lay_out
+from sim_bridge.boards.architectures import ARCHITECTURES
+from sim_bridge.boards.image import PACKAGE, board_settings, check_board_settings, lay_out
 from sim_bridge.boards.probe import SCRIPT, OnBoard, Probe, read_probe
+from sim_bridge.errors import BoardError
 
 _PATIENCE_S = 120.0
 _BATCH = 8  # files in one call of mpremote

@@ -15,6 +15,7 @@ from firmware_py.boards.settings import check_settings
 from kite_analysis.console.mistakes import closest
 from kite_analysis.console.optional_packages import ExtraMissingError
 from sim_bridge.boards.constants import is_types_only, put_constants_in
+from sim_bridge.errors import BoardError
 
 # The light is the board's own, whatever board.py says: that may be what is damaged.
 MAIN = """\
@@ -31,7 +32,6 @@ except Exception as error:
     timer = Timer({timer}, period=60, callback=lambda timer: light.value(time.ticks_ms() >> 7 & 1))
 """
 _LIGHTS = {"rp2": ('"LED"', -1), "esp32": ("2", 0)}  # pin, timer
-ARCHITECTURES = {"rp2": "armv6m", "esp32": "xtensawin"}  # of native code; armv6m runs on every Pico
 PORTABLE = ""  # in an architecture's place: bytecode alone, for any processor
 PACKAGE = "firmware_py"
 # Compiled to the processor's own code: where that gains the most time for the memory that it costs (docs/boards.md).
@@ -47,10 +47,6 @@ _UNLIKE_A_PICO = {"esp32": {
     "AZIMUTH": '# AZIMUTH = {"i2c": 0, "sda": 19, "scl": 18, "zero": 0, "direction": 1}',
     "ELEVATION": '# ELEVATION = {"i2c": 1, "sda": 26, "scl": 25, "zero": 0, "direction": 1}',
 }}
-
-
-class BoardError(Exception):
-    """A problem with a board that the user can fix; the text says what."""
 
 
 def firmware_files() -> list[Path]:

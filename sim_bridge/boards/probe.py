@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from sim_bridge.boards.image import BoardError
+from sim_bridge.errors import BoardError
 
 LEAST_VERSION = (1, 28)
 

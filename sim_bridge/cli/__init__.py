@@ -1,1 +1,1 @@
-"""The program `kite-sitl`: a file for each group of verbs, and the options that they share."""
+"""The program `kite-sitl`: the table of verbs, a file for each group of them, and their options."""

@@ -1,4 +1,4 @@
-"""The verbs of `kite-sitl`; every function returns the exit code."""
+"""The verbs of `kite-sitl` that fly, or measure what flies; every function returns the exit code."""
 
 import json
 import math
@@ -6,8 +6,8 @@ from argparse import Namespace
 from pathlib import Path
 from typing import Any
 
-from kite_analysis.metrics import UNSTABLE_TURNING_ANGLE
 from kite_analysis.plots import plot_flight
+from kite_analysis.verdicts import UNSTABLE_TURNING_ANGLE
 from protocol.modes import mode_name
 from sim_bridge.bench.in_process import bench as measure_speed
 from sim_bridge.bench.micropython import bench_micropython
@@ -20,33 +20,9 @@ from sim_bridge.flight.flight import Flight
 from sim_bridge.flight.judgement import MODE_UNKNOWN
 from sim_bridge.runs.hardware_in_the_loop import fly_board
 from sim_bridge.runs.run import ONLY_MICROPYTHON, RunOptions, RunResult, run_scenario
-from sim_bridge.scenario.keys import KEYS
-from sim_bridge.scenario.scenario import Scenario, load_scenario, scenario_names
+from sim_bridge.scenario.scenario import Scenario, load_scenario
 from sim_bridge.studies.paper import make_paper
 from sim_bridge.studies.shadow_flight import fly_shadow, plot_shadow
-
-
-def list_scenarios(options: Namespace) -> int:
-    """`kite-sitl list`."""
-    titles = {name: load_scenario(name).title for name in scenario_names()}
-    if options.json:
-        print(json.dumps([{"scenario": name, "title": title} for name, title in titles.items()]))
-    else:
-        for name, title in titles.items():
-            print(f"{name:30} {title}")
-    return 0
-
-
-def list_keys(options: Namespace) -> int:
-    """`kite-sitl keys`."""
-    if options.json:
-        print(json.dumps({name: {"default": key.default, "text": key.text, "takes": key.takes()}
-                          for name, key in KEYS.items()}))
-        return 0
-    for name, key in KEYS.items():
-        default = "" if key.default is None else str(key.default).lower() if key.kind is bool else f"{key.default}"
-        print(f"{name:32} {default:>16}  {key.text} ({key.takes()})")
-    return 0
 
 
 def run(options: Namespace) -> int:

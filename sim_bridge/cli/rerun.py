@@ -2,27 +2,17 @@
 
 import json
 import math
-from argparse import Namespace, RawDescriptionHelpFormatter
+from argparse import Namespace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from sim_bridge.cli.actions import report
 from sim_bridge.cli.notes import notice
-from sim_bridge.cli.option_types import add_interpreter_option
 from sim_bridge.errors import ScenarioError
 from sim_bridge.flight.truth_columns import COLUMNS, TruthRow
 from sim_bridge.runs.provenance import differences, interpreter_as_logged, scenario_as_logged
 from sim_bridge.runs.reader import LoggedTruth, read_about, read_input
 from sim_bridge.runs.run import RecordedGround, RunOptions, run_scenario
-
-_DESCRIPTION = """\
-Fly the run logged in DIR again, with everything that ground stations sent, and compare every tick.
-
-All values come from the log, defaults and wind file included. Code, versions and defaults that differ here are
-reported first. A truncated log (Ctrl-C, kill, a full disk, a firmware that died) is repeated up to its last tick.
-Real-time runs cannot be repeated to the bit.
-
-Exit 0: the same to the bit; 1: a number differs; 2: it cannot be flown again."""
 
 
 class _Span(NamedTuple):
@@ -31,16 +21,6 @@ class _Span(NamedTuple):
     rows: int
     until_s: float
     why: str | None
-
-
-def add_rerun_verb(verbs: Any) -> None:
-    """Add `rerun` to the verbs of `kite-sitl`."""
-    verb = verbs.add_parser("rerun", help="fly a logged run again and compare it to the bit",
-                            description=_DESCRIPTION, formatter_class=RawDescriptionHelpFormatter)
-    verb.add_argument("folder", metavar="DIR", help="a folder that `run --log` wrote")
-    add_interpreter_option(verb, "the logged one, while it is there")
-    verb.add_argument("--json", action="store_true", help="print JSON for a script")
-    verb.set_defaults(do=rerun)
 
 
 def rerun(options: Namespace) -> int:

@@ -1,6 +1,5 @@
 """The verb `kite-sitl sweep`."""
 
-import argparse
 import json
 from argparse import Namespace
 from pathlib import Path
@@ -8,10 +7,9 @@ from typing import Any
 
 from tqdm import tqdm
 
-from kite_analysis.metrics import RULE, VERDICTS
+from kite_analysis.verdicts import VERDICTS
 from sim_bridge.cli.notes import notice
-from sim_bridge.cli.option_types import count, positive
-from sim_bridge.cli.plot_option import add_plot_option, plot_path, save_plot
+from sim_bridge.cli.plot_option import plot_path, save_plot
 from sim_bridge.cli.scenario_options import scenario_of
 from sim_bridge.flight.plant_choice import slowness
 from sim_bridge.runs.provenance import wind_fingerprint
@@ -22,39 +20,6 @@ from sim_bridge.sweeps.map_plot import draw_map
 from sim_bridge.sweeps.results import Results
 
 _VERDICTS = (*VERDICTS, "refused")
-
-
-def add_sweep_verb(verbs: Any) -> None:
-    """Add `sweep` to the verbs of `kite-sitl`."""
-    sweep = verbs.add_parser(
-        "sweep", help="fly a scenario many times, over a grid or a random sample",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        description="Fly a scenario over a grid of values, or with --runs over a random sample of them, on all cores.\n"
-        "Run number n flies with the seed run.seed + n. Results go into a CSV file, one line per run; the same "
-        "command\nresumes an interrupted sweep. Runs with other code, defaults or wind do not\n"
-        "get into the same file unless you say so.",
-        epilog=f"verdict: {RULE}\n  refused       could not be flown; `trouble` says why\n\n"
-         "values: FIRST:LAST:COUNT, FIRST:LAST:COUNT:log, or A,B,C\nexamples:\n"
-        "  kite-sitl sweep paper-delay-tuned --over param.INNER_P=1:10:20 --over link.control.delay_s=.1:.5:5 --plot\n"
-        "  kite-sitl sweep v3-flight --over wind.turbulence_intensity=0:0.3:2 --over param.INNER_P=1:3:2 --runs 99\n"
-        "  kite-sitl sweep small-kite --over run.seed=1,2,3,4 --scheduler tcp://10.0.0.7:8786")
-    sweep.add_argument("scenario", metavar="NAME", help="a scenario of `kite-sitl list`, or a .toml file")
-    sweep.add_argument("--over", action="append", required=True, metavar="KEY=VALUES",
-                       help="vary a key, `section.key` or `param.NAME`; may be repeated")
-    sweep.add_argument("--runs", type=count, metavar="N", help="fly N random points within the ranges instead of the "
-                                                               "grid")
-    sweep.add_argument("--set", action="append", default=[], metavar="section.key=value", help="as for `kite-sitl run`")
-    sweep.add_argument("--param", action="append", default=[], metavar="NAME=value", help="as for `kite-sitl run`")
-    sweep.add_argument("--seed", type=int, help="seed of the sweep: of the sample, and of the first run (run.seed)")
-    sweep.add_argument("--duration", type=positive, metavar="S", help="length of each flight (run.duration_s)")
-    sweep.add_argument("--out", metavar="CSV", help="file of results (default: NAME-sweep.csv here)")
-    sweep.add_argument("--other-code", action="store_true",
-                       help="resume although other code flew the existing runs; the column `code` tells them apart")
-    sweep.add_argument("--jobs", type=count, metavar="N", help="number of processes (default: one per core)")
-    sweep.add_argument("--scheduler", metavar="tcp://HOST:PORT", help="fly on the workers of this Dask scheduler")
-    add_plot_option(sweep, "plot the first two axes, with the limits from theory", "the CSV's name, .png")
-    sweep.add_argument("--json", action="store_true", help="print a summary as JSON")
-    sweep.set_defaults(do=sweep_command)
 
 
 def sweep_command(options: Namespace) -> int:

@@ -2,25 +2,11 @@
 
 from argparse import Namespace
 from pathlib import Path
-from typing import Any
 
 from kite_analysis.picture_file import check_new_file
 from sim_bridge.cli.notes import notice
 from sim_bridge.errors import ScenarioError
 from sim_bridge.studies.validation.page import page
-
-
-def add_validate_verb(verbs: Any) -> None:
-    """Add `validate` to the verbs of `kite-sitl`."""
-    verb = verbs.add_parser(
-        "validate", help="compare the turning-rate law and the plants with real flights and each other, in a page of "
-                        "tables",
-        description="Identify the turning-rate law on real flights and on every plant, fly them, and write the tables "
-        "as a Markdown page. Takes some minutes.")
-    verb.add_argument("files", nargs="+", metavar="FLIGHT", help="two or more real flights, CSV or CSV.gz")
-    verb.add_argument("--out", metavar="FILE.md", default="validation.md", help="the page (default: validation.md)")
-    verb.add_argument("--force", action="store_true", help="overwrite an existing page")
-    verb.set_defaults(do=validate_command)
 
 
 def validate_command(options: Namespace) -> int:

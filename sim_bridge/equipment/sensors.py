@@ -4,8 +4,8 @@ from random import Random
 from typing import Final
 
 from protocol import dialect
+from protocol.single_precision import float32
 from sim_bridge.equipment.sensor_settings import SensorSettings
-from sim_bridge.links.single_precision import as_single
 from sim_bridge.plants.truth import Truth
 
 SAMPLE_BYTES: Final = 50  # a KITE_SENSORS frame on the wire
@@ -21,8 +21,8 @@ Sample = tuple[int, float, float, float, float, float, float, float, float, int]
 def make_sample(time_us: int, azimuth: float, elevation: float, distance: float, course: float, heading: float,
                 airspeed: float, tether_force: float, steering: float, valid: int) -> Sample:
     """Values of KITE_SENSORS in wire order, in the precision that the wire has."""
-    return (time_us, as_single(azimuth), as_single(elevation), as_single(distance), as_single(course),
-            as_single(heading), as_single(airspeed), as_single(tether_force), as_single(steering), valid)
+    return (time_us, float32(azimuth), float32(elevation), float32(distance), float32(course),
+            float32(heading), float32(airspeed), float32(tether_force), float32(steering), valid)
 
 
 class Sensors:

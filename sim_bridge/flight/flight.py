@@ -5,7 +5,8 @@ from math import ceil, inf, nan, radians, sin
 from typing import Any
 
 from kite_analysis.figure_eight import TargetEight
-from kite_analysis.metrics import NOT_MEASURED, Metrics, Track, measure
+from kite_analysis.metrics import Metrics, Track, measure
+from kite_analysis.verdicts import NOT_MEASURED
 from sim_bridge.equipment.actuator import Actuator
 from sim_bridge.equipment.sensors import SAMPLE_BYTES, Sample, Sensors
 from sim_bridge.flight.judgement import Judge, recent_errors

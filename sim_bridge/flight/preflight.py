@@ -5,8 +5,9 @@ from math import inf
 from protocol import dialect
 from protocol.messages import CommandAck, ParamError, ParamValue, Statustext
 from protocol.parameter_table import load_parameters
+from sim_bridge.errors import FirmwareError
 from sim_bridge.links.wire import BRIDGE_COMPONENT, BRIDGE_SYSTEM, as_request
-from sim_bridge.runtimes.interface import FirmwareError, Message
+from sim_bridge.runtimes.interface import Message
 from sim_bridge.scenario.scenario import Scenario
 
 PREFLIGHT_TICKS = 40  # parameters, arming, checking the curve; and each of them may be asked twice

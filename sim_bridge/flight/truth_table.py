@@ -39,7 +39,7 @@ class TruthTable:
         """The newest row, None before the first."""
         if self._newest:
             return TruthRow._make(self._newest[-_WIDTH:])
-        return TruthRow._make(self._blocks[-1][-1].tolist()) if self._blocks else None
+        return self.rows()[-1] if self._count else None
 
     def rows(self) -> list[TruthRow]:
         """All rows."""

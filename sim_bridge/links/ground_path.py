@@ -1,15 +1,14 @@
 """The ground path: a UDP socket for ground stations, and the emulated ground link behind it."""
 
 import socket
-from dataclasses import dataclass
 from typing import Protocol
 
 from protocol.frame import MARKER_2
 from sim_bridge.errors import ScenarioError
 from sim_bridge.links.emulation import LinkDirection
+from sim_bridge.links.ground_settings import GroundSettings
 from sim_bridge.links.link_settings import PathSettings
 from sim_bridge.links.wire import carries_control
-from sim_bridge.settings import Settings, words
 
 _MOST_STATIONS = 32
 _MOST_DATAGRAMS = 200  # taken in at one tick
@@ -75,14 +74,6 @@ class GroundLink:
     def to_stations(self, time_s: float) -> list[bytes]:
         """Frames that have come out on the ground by `time_s`."""
         return [parcel.item for parcel in self._up.due(time_s)]
-
-
-@dataclass(frozen=True, kw_only=True)
-class GroundSettings(Settings):
-    """The scenario's section `ground`: where ground stations are."""
-
-    send_to: str = words("127.0.0.1:14550", "address that the kite sends to")
-    listen: str = words("127.0.0.1:14551", "address that the kite listens on; port 0 is any free one")
 
 
 class GroundSocket:

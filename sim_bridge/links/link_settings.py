@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from kite_analysis.delay.effective_delay import whole_periods
+from kite_analysis.delay.whole_periods import whole_periods
 from sim_bridge.settings import Settings, number
 
 LONGEST_QUEUE_S = 1.0  # what waits longer than this for its turn on a slow link is dropped

@@ -6,7 +6,7 @@ interpret. What may be anybody's object there stays interpreted: boards, transpo
 
 from pathlib import Path
 
-ROOT = Path(__file__).parents[2]  # that the packages lie in
+ROOT = Path(__file__).parent.parent.parent  # that the packages lie in
 BUILD = ROOT / "kitepilot_compiled"  # a folder beside them, so that nobody imports from it by accident
 ABOUT = BUILD / "build.json"
 
@@ -37,13 +37,13 @@ MODULES = (
     "firmware_py.services.telemetry",
     "firmware_py.sphere",
     "firmware_py.timing",
+    "protocol.single_precision",
     "sim_bridge.equipment.actuator",
     "sim_bridge.equipment.sensors",
     "sim_bridge.flight.flight",
     "sim_bridge.flight.judgement",
     "sim_bridge.flight.truth_table",
     "sim_bridge.links.emulation",
-    "sim_bridge.links.single_precision",
     "sim_bridge.plants.truth",
     "sim_bridge.plants.turning_rate",
     "sim_bridge.runtimes.inproc",

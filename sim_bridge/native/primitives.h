@@ -16,14 +16,9 @@ static inline CPyTagged kite_round(double value) {
     return number == NULL ? CPY_INT_TAG : CPyTagged_StealFromObject(number);
 }
 
-/* As sim_bridge.links.single_precision.as_single does. */
-static inline double kite_as_single(double value) {
-    float single = (float)value;
-    if (isinf(single) && !isinf(value)) {
-        PyErr_SetString(PyExc_OverflowError, "float too large to pack with f format");
-        return -113.0;
-    }
-    return single;
+/* As protocol.single_precision.float32 does. */
+static inline double kite_float32(double value) {
+    return (double)(float)value;
 }
 
 #endif

@@ -4,7 +4,7 @@ Each gives the same bits as Python's own: math.atan2 and math.atan are libm's in
 to an integer and to single precision are instructions of the processor.
 """
 
-from mypyc.ir.ops import ERR_MAGIC, ERR_MAGIC_OVERLAPPING, ERR_NEVER
+from mypyc.ir.ops import ERR_MAGIC, ERR_NEVER
 from mypyc.ir.rtypes import float_rprimitive, int_rprimitive
 from mypyc.primitives.registry import function_op
 
@@ -19,5 +19,5 @@ def add_primitives() -> None:
         name="builtins.round", arg_types=[float_rprimitive], return_type=int_rprimitive,
         c_function_name="kite_round", error_kind=ERR_MAGIC)
     function_op(
-        name="sim_bridge.links.single_precision.as_single", arg_types=[float_rprimitive],
-        return_type=float_rprimitive, c_function_name="kite_as_single", error_kind=ERR_MAGIC_OVERLAPPING)
+        name="protocol.single_precision.float32", arg_types=[float_rprimitive],
+        return_type=float_rprimitive, c_function_name="kite_float32", error_kind=ERR_NEVER)

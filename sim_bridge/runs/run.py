@@ -11,6 +11,7 @@ from sim_bridge.errors import ScenarioError
 from sim_bridge.flight.flight import Flight
 from sim_bridge.flight.plant_choice import warm_up
 from sim_bridge.links.ground_path import GroundLink, GroundSocket
+from sim_bridge.runs.run_choices import FOREVER_LIMIT_MB
 from sim_bridge.runs.run_log import RunLog
 from sim_bridge.runtimes.inproc import InprocRuntime
 from sim_bridge.runtimes.interface import Runtime
@@ -19,9 +20,7 @@ from sim_bridge.runtimes.process import ProcessRuntime
 from sim_bridge.runtimes.real_time import HilRuntime, RealTimeRuntime
 from sim_bridge.scenario.scenario import Scenario
 
-RUNTIMES = ("inproc", "cpython", "micropython")
 ONLY_MICROPYTHON = "--interpreter: only --runtime micropython has one"
-FOREVER_LIMIT_MB = 500.0  # of a log, for a flight that nobody may ever end: some five hours
 
 
 @dataclass

@@ -11,8 +11,8 @@ from firmware_py.mavlink.encoder import LONGEST_FRAME, Encoder
 from firmware_py.mavlink.generated_messages import HEARTBEAT, HIL_ACTUATOR_CONTROLS, KITE_SENSORS, KITE_STATE, MESSAGES
 from firmware_py.services.inbox import Inbox
 from protocol.messages import BY_ID
+from protocol.single_precision import float32
 from sim_bridge.equipment.sensors import Sample
-from sim_bridge.links.single_precision import as_single
 from sim_bridge.links.wire import BRIDGE_COMPONENT, BRIDGE_SYSTEM, Message, with_names
 from sim_bridge.runtimes.interface import LEAD_IN_S
 from sim_bridge.runtimes.tick_output import TickOutput, ToldState, clock_us
@@ -54,7 +54,7 @@ class DirectLink:
         """Take a message from the firmware; return the bytes of its frame, where the firmware counts them."""
         if message == HIL_ACTUATOR_CONTROLS:
             _time_us, _flags, steering, *_others = values
-            self.steering = as_single(steering)
+            self.steering = float32(steering)
             return 0
         if self._encoders:
             buffer = bytearray(LONGEST_FRAME)
@@ -126,8 +126,8 @@ def _told(values: Any) -> ToldState:
     (_time_us, sample_time_us, _azimuth, _elevation, _distance, course, _heading, _airspeed, _force, _steering,
      target_course, cross_track, path_parameter, steering_asked, overruns, _valid, status, _tick_us, _worst_us,
      _dropped, mode, _late_us) = values
-    return ToldState(sample_time_us, as_single(course), as_single(target_course), as_single(cross_track),
-                     as_single(path_parameter), as_single(steering_asked), overruns, status, mode)
+    return ToldState(sample_time_us, float32(course), float32(target_course), float32(cross_track),
+                     float32(path_parameter), float32(steering_asked), overruns, status, mode)
 
 
 def _size(message: int, values: Sequence[Any]) -> int:

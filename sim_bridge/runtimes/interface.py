@@ -11,11 +11,6 @@ from sim_bridge.equipment.sensors import Sample
 from sim_bridge.links.wire import Message
 from sim_bridge.runtimes.tick_output import TickOutput
 
-
-class FirmwareError(Exception):
-    """The firmware cannot be started, fell silent, or answered the wrong tick; the text says so in one line."""
-
-
 LEAD_IN_S = 2.0  # enough in lockstep, where nothing is lost
 
 

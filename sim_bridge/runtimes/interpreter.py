@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-from sim_bridge.runtimes.interface import FirmwareError
+from sim_bridge.errors import FirmwareError
 
 # `_mpy` tells what compiled files it reads: version, sub-version (bits 8, 9) and processor (bits 10 to 13). The
 # significand of its floats is found by halving. MicroPython's page "MicroPython .mpy files" has the numbers.

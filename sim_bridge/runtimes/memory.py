@@ -6,7 +6,7 @@ For ground stations in simulated time: what they send reaches the real parser, a
 from firmware_py.autopilot import Autopilot
 from firmware_py.loop import step_lockstep
 from firmware_py.mavlink.link import MavlinkLink
-from sim_bridge.runtimes.interface import FirmwareError
+from sim_bridge.errors import FirmwareError
 from sim_bridge.runtimes.wired import WireRuntime
 
 

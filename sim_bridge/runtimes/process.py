@@ -12,8 +12,8 @@ from functools import cache
 from pathlib import Path
 
 from sim_bridge.boards.image import PORTABLE, compiled_version, lay_out
+from sim_bridge.errors import FirmwareError
 from sim_bridge.links.wire import BridgeCodec
-from sim_bridge.runtimes.interface import FirmwareError
 from sim_bridge.runtimes.interpreter import Interpreter
 from sim_bridge.runtimes.wired import SILENCE_S, WireRuntime
 

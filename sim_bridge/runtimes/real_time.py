@@ -6,8 +6,9 @@ from collections.abc import Callable
 
 from protocol import dialect
 from sim_bridge.equipment.sensors import Sample
+from sim_bridge.errors import FirmwareError
 from sim_bridge.links.port import Port
-from sim_bridge.runtimes.interface import FirmwareError, Message
+from sim_bridge.runtimes.interface import Message
 from sim_bridge.runtimes.interpreter import Interpreter
 from sim_bridge.runtimes.process import ProcessRuntime
 from sim_bridge.runtimes.tick_output import TickOutput

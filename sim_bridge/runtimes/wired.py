@@ -5,8 +5,9 @@ import time
 from protocol import dialect
 from protocol.messages import KiteState
 from sim_bridge.equipment.sensors import Sample
+from sim_bridge.errors import FirmwareError
 from sim_bridge.links.wire import BridgeCodec, in_datagrams, wire_values
-from sim_bridge.runtimes.interface import LEAD_IN_S, FirmwareError, Message
+from sim_bridge.runtimes.interface import LEAD_IN_S, Message
 from sim_bridge.runtimes.tick_output import TickOutput, clock_us, told_state
 
 SILENCE_S = 20.0  # a suspended process may come back

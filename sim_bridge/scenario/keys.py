@@ -6,7 +6,7 @@ flight have their settings in: a section is a type, and its keys are the type's 
 
 from sim_bridge.equipment.actuator_settings import ActuatorSettings
 from sim_bridge.equipment.sensor_settings import SensorSettings
-from sim_bridge.links.ground_path import GroundSettings
+from sim_bridge.links.ground_settings import GroundSettings
 from sim_bridge.links.link_settings import LinkSettings
 from sim_bridge.plants.four_point_settings import FourPointFrame, FourPointSettings
 from sim_bridge.plants.kite_settings import KiteSettings, OnePointSettings
@@ -14,15 +14,15 @@ from sim_bridge.plants.tether_settings import TetherSettings
 from sim_bridge.plants.turning_rate_settings import TurningRateSettings
 from sim_bridge.plants.vortex_lattice.wing_settings import VortexLatticeSettings, WingSettings
 from sim_bridge.scenario.flight_settings import RunSettings, StartSettings
+from sim_bridge.scenario.plant_names import FOUR_POINT, ONE_POINT, PLANTS, TURNING_RATE, VORTEX_LATTICE
 from sim_bridge.settings import Key, Settings, own_keys, parts
 from sim_bridge.wind.wind_settings import WindSettings
 
 PlantSettings = TurningRateSettings | OnePointSettings | FourPointSettings | VortexLatticeSettings
 PLANT_SETTINGS: dict[str, type[PlantSettings]] = {
-    "turning-rate": TurningRateSettings, "one-point": OnePointSettings, "four-point": FourPointSettings,
-    "vortex-lattice": VortexLatticeSettings,
+    TURNING_RATE: TurningRateSettings, ONE_POINT: OnePointSettings, FOUR_POINT: FourPointSettings,
+    VORTEX_LATTICE: VortexLatticeSettings,
 }
-PLANTS = tuple(PLANT_SETTINGS)
 _WAYS = {"down": "towards the firmware", "up": "from the firmware"}
 _BOTH_WAYS = {"delay_s": "delay of both directions together, half each"}
 

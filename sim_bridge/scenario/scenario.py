@@ -7,7 +7,8 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from protocol.parameter_table import float32, load_parameters
+from protocol.parameter_table import load_parameters
+from protocol.single_precision import float32
 from sim_bridge.errors import ScenarioError
 from sim_bridge.scenario.keys import KEYS, plants_that_know
 from sim_bridge.scenario.sections import Sections

@@ -4,10 +4,10 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any, NamedTuple, TypeVar
 
-from kite_analysis.delay.effective_delay import split
+from kite_analysis.delay.whole_periods import split
 from sim_bridge.equipment.actuator_settings import ActuatorSettings
 from sim_bridge.equipment.sensor_settings import SensorSettings
-from sim_bridge.links.ground_path import GroundSettings
+from sim_bridge.links.ground_settings import GroundSettings
 from sim_bridge.links.link_settings import LinkSettings, PathSettings
 from sim_bridge.scenario.flight_settings import RunSettings, StartSettings
 from sim_bridge.scenario.keys import PLANT_SETTINGS, PlantSettings

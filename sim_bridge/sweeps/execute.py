@@ -10,27 +10,7 @@ from typing import Any
 from kite_analysis.console.optional_packages import ExtraMissingError
 from sim_bridge.errors import ScenarioError
 from sim_bridge.runs.fingerprint import code_fingerprint
-from sim_bridge.runs.run import RunOptions, run_scenario
-from sim_bridge.runtimes.interface import FirmwareError
-from sim_bridge.scenario.scenario import Scenario
-from sim_bridge.sweeps.results import METRICS
-
-
-def fly_run(run: int, content: dict[str, Any], code: str) -> dict[str, Any]:
-    """Fly run number `run`; return its row but for the axes' values. What cannot be flown is a result, too.
-
-    Raises:
-        ScenarioError: the code here is not that of the fingerprint `code`.
-    """
-    if code_fingerprint() != code:
-        raise ScenarioError("the cluster's workers have different code: install the same version on all machines")
-    scenario = Scenario.from_dict(content, f"run {run}")
-    row: dict[str, Any] = {"run": run, "seed": scenario.run.seed, **dict.fromkeys(METRICS, "")}
-    try:
-        numbers = run_scenario(scenario, RunOptions(), notice=lambda _: None).numbers
-    except (ScenarioError, FirmwareError) as error:
-        return row | {"verdict": "refused", "trouble": str(error)}
-    return row | {name: numbers[name] for name in METRICS if numbers.get(name) is not None}
+from sim_bridge.sweeps.worker import fly_run
 
 
 @contextmanager

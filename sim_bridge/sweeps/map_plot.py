@@ -11,7 +11,7 @@ from kite_analysis.delay.inner_loop import loop_delay, stability_limit
 from kite_analysis.delay.whole_loop import gain_limit
 from kite_analysis.figure_eight import Array
 from kite_analysis.figures import new_figure
-from kite_analysis.metrics import LOST, NOT_MEASURED, TRACKING, UNSTABLE
+from kite_analysis.verdicts import LOST, NOT_MEASURED, TRACKING, UNSTABLE
 from protocol.parameter_table import load_parameters
 from sim_bridge.errors import ScenarioError
 from sim_bridge.plants.turning_rate_settings import CONSTANT, TurningRateSettings

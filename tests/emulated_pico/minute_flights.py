@@ -12,8 +12,8 @@ from itertools import product
 from pathlib import Path
 
 from sim_bridge.boards.image import lay_out
+from sim_bridge.errors import FirmwareError
 from sim_bridge.runs.run import RunOptions, run_scenario
-from sim_bridge.runtimes.interface import FirmwareError
 from sim_bridge.scenario.scenario import Scenario, load_scenario
 from tests.emulated_pico.flight import ON_A_CABLE, START_S, fly
 from tests.emulated_pico.pico import EmulatedPico, why_missing

@@ -13,7 +13,8 @@ from documented_samples import SECOND
 from firmware_bench import ARM, DO_SET_MODE, MANUAL, PARK, STANDBY, TRACK
 
 from protocol import dialect
-from protocol.parameter_table import float32, load_parameters
+from protocol.parameter_table import load_parameters
+from protocol.single_precision import float32
 
 if TYPE_CHECKING:
     from documented_modes import Documented, Seen

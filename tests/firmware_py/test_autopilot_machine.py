@@ -32,7 +32,8 @@ from simulated_storage import whole_board
 
 from firmware_py.boards.interface import WATCHDOG
 from protocol import dialect
-from protocol.parameter_table import float32, load_parameters
+from protocol.parameter_table import load_parameters
+from protocol.single_precision import float32
 from sim_bridge.equipment.sensors import Sample
 from sim_bridge.runtimes.tick_output import clock_us
 

@@ -14,7 +14,8 @@ from firmware_py.boards.file_storage import FileStorage
 from firmware_py.parameters.persistence import describe
 from firmware_py.parameters.store import SLOTS, TEMPORARY, LoadReport, ParameterStore
 from firmware_py.parameters.values import Parameters
-from protocol.parameter_table import float32, load_parameters
+from protocol.parameter_table import load_parameters
+from protocol.single_precision import float32
 
 TABLE = load_parameters()
 NAMES = list(TABLE)

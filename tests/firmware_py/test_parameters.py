@@ -19,7 +19,8 @@ from firmware_bench import (
 )
 
 from protocol import dialect
-from protocol.parameter_table import float32, load_parameters
+from protocol.parameter_table import load_parameters
+from protocol.single_precision import float32
 
 TABLE = load_parameters()
 NO_DISTANCE = EVERYTHING & ~dialect.KITE_VALID_DISTANCE

@@ -8,7 +8,8 @@ import pytest
 from ground.errors import NoAnswerError, VehicleError
 from ground.session import Session
 from protocol import dialect
-from protocol.parameter_table import float32, load_parameters
+from protocol.parameter_table import load_parameters
+from protocol.single_precision import float32
 
 seeds = pytest.mark.parametrize("seed", range(1, 6))
 

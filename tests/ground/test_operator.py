@@ -14,7 +14,8 @@ from ground.logs.recorder import Recorder
 from kite_analysis.delay.inner_loop import optimal_gain, stability_limit
 from kite_analysis.flights.tlog import read_tlog
 from protocol import dialect
-from protocol.parameter_table import float32, load_parameters
+from protocol.parameter_table import load_parameters
+from protocol.single_precision import float32
 from sim_bridge.links.link_settings import LinkSettings
 
 

@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ground.parameters.file import STYLES, ParameterFileError, format_value, read_parameter_file, write_parameter_file
-from protocol.parameter_table import float32, load_parameters
+from protocol.parameter_table import load_parameters
+from protocol.single_precision import float32
 
 numbers = st.floats(width=32, allow_nan=False, allow_infinity=False)
 names = st.text("ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_", min_size=1, max_size=16).filter(lambda name: name.strip("_"))

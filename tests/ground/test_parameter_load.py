@@ -8,7 +8,8 @@ import pytest
 from ground.errors import NoAnswerError, UsageError, VehicleError
 from ground.parameters.changes import Change, ChangeState
 from ground.parameters.file import write_parameter_file
-from protocol.parameter_table import float32, load_parameters
+from protocol.parameter_table import load_parameters
+from protocol.single_precision import float32
 
 
 def other_values() -> dict[str, float]:

@@ -6,7 +6,7 @@ import pytest
 
 from ground.errors import UsageError
 from ground.kite import connect_over
-from protocol.parameter_table import float32
+from protocol.single_precision import float32
 
 
 @pytest.mark.parametrize(("delay_s", "ground_loss", "within_s"), [(0.2, 0.0, 0.002), (0.13, 0.0, 0.002),

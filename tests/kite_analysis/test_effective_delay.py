@@ -5,9 +5,10 @@ import math
 import pytest
 
 from kite_analysis.delay.characteristic_equation import Loop
-from kite_analysis.delay.effective_delay import Path, effective_delay, split
+from kite_analysis.delay.effective_delay import Path, effective_delay
 from kite_analysis.delay.inner_loop import loop_delay
 from kite_analysis.delay.whole_loop import gain_limit
+from kite_analysis.delay.whole_periods import split
 from sim_bridge.links.emulation import LinkDirection
 from sim_bridge.links.link_settings import LinkSettings
 

@@ -12,7 +12,7 @@ from kite_analysis.flights.description import PUBLIC_FLIGHT, QUANTITIES, FlightD
 from kite_analysis.flights.reader import read_record
 from kite_analysis.identification.actuator_fit import identify_actuator
 from kite_analysis.identification.turning_rate_fit import identify_law
-from sim_bridge.cli.identify import _EPILOG
+from sim_bridge.cli.options.identify import EPILOG
 
 FLIGHT = Path(__file__).parent.parent / "data" / "flight" / "20191008_0030.csv.gz"
 OURS = """
@@ -211,7 +211,7 @@ def test_what_is_no_table_is_answered_in_a_line(content, message, tmp_path):
 def test_the_documented_description_is_one(tmp_path):
     """docs/flight-files.md, and `identify --help`, as they are printed."""
     page = (Path(__file__).parents[2] / "docs" / "flight-files.md").read_text("utf-8")
-    for number, text in enumerate((page.split("```toml\n")[1].split("```")[0], _EPILOG.split("every key):\n")[1])):
+    for number, text in enumerate((page.split("```toml\n")[1].split("```")[0], EPILOG.split("every key):\n")[1])):
         path = tmp_path / f"{number}.toml"
         path.write_text(text)
         description = load_description(path)

@@ -13,7 +13,8 @@ from firmware_py.parameters import generated_parameters as generated
 from firmware_py.parameters.generated_parameters import DISARMED_ONLY, OFF_AT_ZERO, READ_ONLY
 from protocol import dialect, generate
 from protocol.contract import CONTRACT_HASH
-from protocol.parameter_table import float32, load_parameters, parse_parameters
+from protocol.parameter_table import load_parameters, parse_parameters
+from protocol.single_precision import float32
 
 PROTOCOL = Path(generate.__file__).parent
 GOOD = """

@@ -2,8 +2,9 @@
 
 import ast
 
+from sim_bridge.boards.architectures import ARCHITECTURES
 from sim_bridge.boards.constants import is_types_only, put_constants_in
-from sim_bridge.boards.image import ARCHITECTURES, firmware_files, lay_out, to_compile
+from sim_bridge.boards.image import firmware_files, lay_out, to_compile
 
 
 def package(**texts: str) -> dict[str, str]:

@@ -10,8 +10,9 @@ import pytest
 
 from protocol import dialect
 from sim_bridge.boards import module_order, package_listing
-from sim_bridge.boards.image import BoardError, board_settings, check_board_settings, lay_out, read_entries
+from sim_bridge.boards.image import board_settings, check_board_settings, lay_out, read_entries
 from sim_bridge.cli.main import main
+from sim_bridge.errors import BoardError
 from sim_bridge.runtimes.interpreter import micropython_command
 
 ROOT = Path(__file__).parent.parent.parent

@@ -15,9 +15,10 @@ import pytest
 from protocol import dialect
 from sim_bridge.boards.first_heartbeat import wait_for_heartbeat
 from sim_bridge.boards.flash import check_room, make_plan
-from sim_bridge.boards.image import BoardError, board_settings, lay_out
+from sim_bridge.boards.image import board_settings, lay_out
 from sim_bridge.boards.probe import OnBoard, Probe, read_probe
 from sim_bridge.cli.main import main
+from sim_bridge.errors import BoardError
 
 PROBE = "kitepilot-probe rp2 micropython 1 28\nfree 4096 200\n"
 

@@ -14,7 +14,7 @@ from sim_bridge.flight.truth_columns import COLUMNS
 from sim_bridge.runs.run import RunOptions, run_scenario
 from sim_bridge.runtimes.inproc import InprocRuntime
 from sim_bridge.runtimes.interpreter import micropython_command
-from sim_bridge.scenario.keys import PLANTS
+from sim_bridge.scenario.plant_names import PLANTS
 from sim_bridge.scenario.scenario import load_scenario
 from sim_bridge.studies.paper import paper_flights
 

@@ -10,7 +10,7 @@ from sim_bridge.equipment.actuator_settings import ActuatorSettings
 from sim_bridge.equipment.sensor_settings import SensorSettings
 from sim_bridge.equipment.sensors import Sensors
 from sim_bridge.links.emulation import LinkDirection
-from sim_bridge.links.ground_path import GroundSettings
+from sim_bridge.links.ground_settings import GroundSettings
 from sim_bridge.links.link_settings import LinkSettings
 from sim_bridge.plants.four_point import FourPointKite
 from sim_bridge.plants.four_point_settings import FourPointFrame, FourPointSettings
@@ -21,7 +21,8 @@ from sim_bridge.plants.turning_rate import TurningRatePlant
 from sim_bridge.plants.turning_rate_settings import TurningRateSettings
 from sim_bridge.plants.vortex_lattice.plant import VortexLatticeKite
 from sim_bridge.plants.vortex_lattice.wing_settings import VortexLatticeSettings, WingSettings
-from sim_bridge.scenario.keys import KEYS, PLANTS, plants_that_know
+from sim_bridge.scenario.keys import KEYS, plants_that_know
+from sim_bridge.scenario.plant_names import PLANTS
 from sim_bridge.scenario.scenario import Scenario
 from sim_bridge.settings import Settings
 from sim_bridge.wind.air import Air

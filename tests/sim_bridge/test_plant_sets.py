@@ -10,7 +10,7 @@ from sim_bridge.errors import ScenarioError
 from sim_bridge.flight.flight import Flight
 from sim_bridge.runs.run import RunOptions, run_scenario
 from sim_bridge.runtimes.inproc import InprocRuntime
-from sim_bridge.scenario.keys import PLANTS
+from sim_bridge.scenario.plant_names import PLANTS
 from sim_bridge.scenario.scenario import load_scenario, parse_scenario, scenario_names
 from sim_bridge.studies.validation.plant_laws import fly_and_identify, set_of, variation_table
 

@@ -7,6 +7,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from protocol import dialect
+from sim_bridge.errors import FirmwareError
 from sim_bridge.flight.flight import Flight
 from sim_bridge.flight.preflight import Preflight
 from sim_bridge.flight.truth_columns import COLUMNS
@@ -14,7 +15,6 @@ from sim_bridge.links.ground_path import GroundLink
 from sim_bridge.links.link_settings import LinkSettings, PathSettings
 from sim_bridge.links.wire import BRIDGE_COMPONENT, BRIDGE_SYSTEM, as_request
 from sim_bridge.runs.run import RunOptions, run_scenario
-from sim_bridge.runtimes.interface import FirmwareError
 from sim_bridge.runtimes.memory import MemoryRuntime
 from sim_bridge.scenario.scenario import Scenario, load_scenario
 

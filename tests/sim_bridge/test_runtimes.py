@@ -7,10 +7,10 @@ import time
 import pytest
 
 from protocol import dialect
+from sim_bridge.errors import FirmwareError
 from sim_bridge.flight.flight import Flight
 from sim_bridge.links.wire import BridgeCodec
 from sim_bridge.runs.run import RunOptions, run_scenario
-from sim_bridge.runtimes.interface import FirmwareError
 from sim_bridge.runtimes.memory import MemoryRuntime
 from sim_bridge.runtimes.process import ProcessRuntime
 from sim_bridge.scenario.scenario import load_scenario

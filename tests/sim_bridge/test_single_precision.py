@@ -44,7 +44,7 @@ def store_rounded(self, name, value):
 @pytest.fixture
 def single_precision(monkeypatch):
     on_the_wire, start, put = inproc.as_on_the_wire, Parameters.__init__, Parameters.set
-    as_single = sensors.as_single
+    float32 = sensors.float32
 
     def singles(message, values):
         return tuple(np.float32(v) if isinstance(v, float) else v for v in on_the_wire(message, values))
@@ -54,7 +54,7 @@ def single_precision(monkeypatch):
         self.values[:] = [np.float32(value) for value in self.values]
 
     monkeypatch.setattr(inproc, "as_on_the_wire", singles)
-    monkeypatch.setattr(sensors, "as_single", lambda value: np.float32(as_single(value)))
+    monkeypatch.setattr(sensors, "float32", lambda value: np.float32(float32(value)))
     monkeypatch.setattr(Parameters, "__init__", start_single)
     monkeypatch.setattr(
         Parameters, "set", lambda self, index, value: put(self, index, np.float32(value)))  # type: ignore[arg-type]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from kite_analysis.angles import wrap
-from kite_analysis.metrics import VERDICTS
+from kite_analysis.verdicts import VERDICTS
 from protocol import dialect
 from sim_bridge.cli.main import main
 from sim_bridge.flight.flight import Flight

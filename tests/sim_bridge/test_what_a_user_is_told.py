@@ -9,7 +9,8 @@ import pytest
 from sim_bridge.cli.main import main
 from sim_bridge.errors import ScenarioError
 from sim_bridge.flight.plant_choice import slowness
-from sim_bridge.scenario.keys import KEYS, PLANTS
+from sim_bridge.scenario.keys import KEYS
+from sim_bridge.scenario.plant_names import PLANTS
 from sim_bridge.scenario.scenario import load_scenario
 
 

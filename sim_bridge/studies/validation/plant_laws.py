@@ -13,10 +13,10 @@ from kite_analysis.flights.reader import read_record
 from kite_analysis.flights.record import FlightRecord
 from kite_analysis.identification.turning_rate_fit import LawFit, identify_law
 from sim_bridge.bench.in_process import bench
-from sim_bridge.errors import ScenarioError
+from sim_bridge.errors import FirmwareError, ScenarioError
 from sim_bridge.runs.run import RunOptions, run_scenario
-from sim_bridge.runtimes.interface import FirmwareError
-from sim_bridge.scenario.keys import PLANTS, plants_that_know
+from sim_bridge.scenario.keys import plants_that_know
+from sim_bridge.scenario.plant_names import PLANTS
 from sim_bridge.scenario.scenario import Scenario, load_scenario
 from sim_bridge.studies.paper import paper_flights
 from sim_bridge.studies.validation.tables import table, with_std

@@ -1,0 +1,4 @@
+"""What the options of a run offer, and what they are without it."""
+
+RUNTIMES = ("inproc", "cpython", "micropython")
+FOREVER_LIMIT_MB = 500.0  # of a log, for a flight that nobody may ever end: some five hours
