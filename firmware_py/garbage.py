@@ -11,28 +11,35 @@ import sys
 
 from .clock import ticks_diff
 
-_MARGIN_US = 1000
-_PATIENCE = 2  # times as many ticks, after which garbage is collected whatever the idle time
-_PACKAGE = "firmware_py."
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Final
+
+    from .boards.interface import Clock
+
+_MARGIN_US = 1000  # type: Final
+_PATIENCE = 2  # type: Final  # times as many ticks, after which garbage is collected whatever the idle time
+_PACKAGE = "firmware_py."  # type: Final
 
 
-def run_in_order(call, objects):
+def run_in_order(call: "Callable[[], None]", objects: "tuple[object, ...]") -> None:
     """Run `call()` with a heap that is marked in order; `objects` are further large ones, after the modules.
 
     The local names of what `exec` runs are the first root that MicroPython marks: there is nothing but the chain.
     """
     from .generated_module_order import MODULES  # noqa: PLC0415  of no use afterwards
 
-    chain = None
+    chain: object = None
     for thing in reversed(objects):
         chain = (chain, thing)
     for name in reversed(MODULES.split()):
         module = sys.modules.get(_PACKAGE + name)
         if module is not None:
             chain = (chain, module)
-    names = {}
+    names: "dict[str, object]" = {}
 
-    def begin():
+    def begin() -> None:
         names.clear()
         names["chain"] = chain
         call()
@@ -49,14 +56,14 @@ class Collector:
     that). `worst_us` is the longest pause so far; `runs` counts them.
     """
 
-    def __init__(self, ticks_us):
+    def __init__(self, ticks_us: "Clock") -> None:
         self._ticks_us = ticks_us
-        self._works = sys.implementation.name == "micropython"
-        self._waited = 0
-        self.worst_us = 0
-        self.runs = 0
+        self._works: bool = sys.implementation.name == "micropython"
+        self._waited: int = 0
+        self.worst_us: int = 0
+        self.runs: int = 0
 
-    def collect_if_due(self, every, left_us):
+    def collect_if_due(self, every: float, left_us: int) -> None:
         """At the end of a tick with `left_us` left; `every` is the parameter COLLECT_TICKS, 0 for never."""
         if not every or not self._works:
             return

@@ -5,10 +5,18 @@ from .garbage import Collector
 from .mavlink.generated_messages import KITE_SENSORS, KITE_TICK_END
 from .parameters.generated_parameters import COLLECT_TICKS
 
-_BOARD = 1  # system and component that a board's own sensors come from
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Final
+
+    from .autopilot import Autopilot
+    from .boards.interface import Board, BoardTransport
+    from .services.inbox import Inbox
+
+_BOARD = 1  # type: Final  # system and component that a board's own sensors come from
 
 
-def run_lockstep(autopilot, transport, silence_ms):
+def run_lockstep(autopilot: "Autopilot", transport: "BoardTransport", silence_ms: int) -> None:
     """Run a tick for each KITE_TICK; return when nothing was received for `silence_ms`."""
     link = autopilot.link
     inbox = autopilot.inbox
@@ -18,7 +26,7 @@ def run_lockstep(autopilot, transport, silence_ms):
         step_lockstep(autopilot, inbox)
 
 
-def step_lockstep(autopilot, inbox):
+def step_lockstep(autopilot: "Autopilot", inbox: "Inbox") -> None:
     """Receive; if a KITE_TICK has arrived, run and end that tick."""
     link = autopilot.link
     link.lockstep = True
@@ -31,7 +39,7 @@ def step_lockstep(autopilot, inbox):
         link.flush()
 
 
-def run_real_time(autopilot, board):
+def run_real_time(autopilot: "Autopilot", board: "Board") -> None:
     """Run a tick each period of the board's clock, until `board.ended()`.
 
     Only a completed tick feeds the watchdog: a loop that hangs anywhere resets the board. A tick that
@@ -57,7 +65,7 @@ def run_real_time(autopilot, board):
             due = ticks_us()
 
 
-def _wait(autopilot, board, due, room):
+def _wait(autopilot: "Autopilot", board: "Board", due: int, room: int) -> int:
     """Take in up to `room` bytes until the tick is `due`; return the clock then.
 
     A time that is further away than a period is none: the clock has jumped, and the tick is due.
@@ -71,7 +79,7 @@ def _wait(autopilot, board, due, room):
             room -= autopilot.link.receive(autopilot.inbox, room)
 
 
-def step_real_time(autopilot, board, now, late_us):
+def step_real_time(autopilot: "Autopilot", board: "Board", now: int, late_us: int) -> int:
     """One tick of a board, `late_us` after it was due: its sensors in, its actuator out.
 
     Return how many bytes may be received until the next.

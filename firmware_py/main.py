@@ -7,7 +7,11 @@ and the file for PORT. It ends after half a minute of silence.
 import gc
 import sys
 
-_IS_MICROPYTHON = sys.implementation.name == "micropython"
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Final
+
+_IS_MICROPYTHON = sys.implementation.name == "micropython"  # type: Final
 if _IS_MICROPYTHON:  # what compiling leaves behind is collected as it goes, or the heap is in pieces afterwards
     getattr(gc, "threshold")(4096)  # noqa: B009  unknown to CPython's type stubs
 
@@ -18,10 +22,10 @@ from .mavlink.link import MavlinkLink  # noqa: E402
 from .transports.file import FileTransport  # noqa: E402
 from .transports.udp import UdpTransport  # noqa: E402
 
-_SILENCE_MS = 30000
+_SILENCE_MS = 30000  # type: Final
 
 
-def main(arguments):
+def main(arguments: list[str]) -> None:
     """Run until the bridge falls silent; `arguments` are host, port and pace."""
     host, port, pace = arguments
     if _IS_MICROPYTHON:

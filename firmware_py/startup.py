@@ -13,16 +13,24 @@ from .loop import run_real_time
 from .mavlink.link import MavlinkLink
 from .parameters.generated_parameters import SYSTEM_ID
 
-_WAY_OUT_MS = 2000
-_LOOK_MS = 50
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from types import ModuleType
+    from typing import Any, Final
+
+    from .boards.machine_board import MachineBoard
+    from .boards.settings import Settings
+
+_WAY_OUT_MS = 2000  # type: Final
+_LOOK_MS = 50  # type: Final
 
 
-def tell(text):
+def tell(text: str) -> None:
     """Print to the console."""
     print("kitepilot: " + text)
 
 
-def start(platform):
+def start(platform: str) -> None:
     """Start the board of this sys.platform; returns only if it is not to fly."""
     module = _board_module(platform)
     values, problem = read_board_file()
@@ -31,7 +39,7 @@ def start(platform):
         tell("board.py: " + text)
     if module is None:
         tell("no board module for platform %s: there are rp2 and esp32" % platform)
-    elif problems:
+    elif problems or settings is None:
         module.blink(settings.light_pin if settings else module.LIGHT, SETTINGS)
     else:
         board = _make_board(module, settings)
@@ -39,22 +47,22 @@ def start(platform):
             _run(board, settings)
 
 
-def read_board_file():
-    """Return (entries of /board.py by name, None), or (None, what is wrong with the file)."""
+def read_board_file() -> "tuple[dict[str, Any], str | None]":
+    """Return (entries of /board.py by name, None), or ({}, what is wrong with the file)."""
     try:
         import board  # noqa: PLC0415  # pyright: ignore[reportMissingImports]  the user's, on the board
     except ImportError as error:
         if "'board'" in str(error):
-            return None, "not found: copy the template and enter your settings"
-        return None, str(error)
+            return {}, "not found: copy the template and enter your settings"
+        return {}, str(error)
     except SyntaxError as error:
-        return None, "not Python: " + str(error)
+        return {}, "not Python: " + str(error)
     except Exception as error:  # whatever the user wrote
-        return None, "%s: %s" % (type(error).__name__, error)
+        return {}, "%s: %s" % (type(error).__name__, error)
     return {name: getattr(board, name) for name in dir(board)}, None
 
 
-def _board_module(platform):
+def _board_module(platform: str) -> "ModuleType | None":
     if platform == "rp2":
         from .boards import rp2_board as module  # noqa: PLC0415
     elif platform == "esp32":
@@ -64,7 +72,7 @@ def _board_module(platform):
     return module
 
 
-def _make_board(module, settings):
+def _make_board(module: "ModuleType", settings: "Settings") -> "MachineBoard | None":
     """The board, or None: then the hardware refused what the settings say."""
     try:
         return module.Board(settings, tell)
@@ -74,7 +82,7 @@ def _make_board(module, settings):
         return None
 
 
-def _run(board, settings):
+def _run(board: "MachineBoard", settings: "Settings") -> None:
     """Fly until Ctrl-C, or a grounded maintenance pin before it begins."""
     try:
         reason = _way_out(board)
@@ -94,7 +102,7 @@ def _run(board, settings):
     tell("stopped by %s; machine.reset() starts again" % reason)
 
 
-def _way_out(board):
+def _way_out(board: "MachineBoard") -> str | None:
     """Give two seconds in which Ctrl-C stops; return why not to fly, or None.
 
     After a reset by the watchdog the kite may be in the air, and there is no such time.
@@ -111,7 +119,7 @@ def _way_out(board):
     return None
 
 
-def _fly(board, settings):
+def _fly(board: "MachineBoard", settings: "Settings") -> None:
     link = MavlinkLink(board.transport)
     autopilot = Autopilot(link, False, board.storage, board.retained, board.reset_cause)
     if autopilot.parameters.values[SYSTEM_ID] != settings.system_id:
@@ -128,7 +136,7 @@ def _fly(board, settings):
     )
 
 
-def _print_exception(error):
+def _print_exception(error: "BaseException") -> None:
     if hasattr(sys, "print_exception"):
         getattr(sys, "print_exception")(error)  # noqa: B009  MicroPython's
     else:

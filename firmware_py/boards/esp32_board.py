@@ -10,11 +10,18 @@ from .interface import POWER_ON, SOFT, WATCHDOG
 from .retained_layout import SIZE, Retained, take_over
 from .settings import WIFI
 
-LIGHT = 2
-_TIMER = 0
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Any, Final
+
+    from .settings import Pin, Settings
+
+LIGHT = 2  # type: Final
+_TIMER = 0  # type: Final
 
 
-def _retained():
+def _retained() -> "Retained":
     """The RTC's memory, 2048 bytes in MicroPython's builds, which a reset by the watchdog leaves alone."""
     memory = machine.RTC().memory
     block = bytearray(SIZE)
@@ -27,13 +34,13 @@ class Board(machine_board.MachineBoard):
 
     timer = _TIMER
 
-    def __init__(self, settings, tell):
-        self.reset_cause = reset_cause()
+    def __init__(self, settings: "Settings", tell: "Callable[[str], None]") -> None:
+        self.reset_cause: str = reset_cause()
         wlan = _make_wlan() if settings.link == WIFI else None
         super().__init__(machine, time, settings, _retained(), wlan, tell)
 
 
-def reset_cause():
+def reset_cause() -> str:
     """Why the board started."""
     cause = machine.reset_cause()
     if cause == machine.WDT_RESET:
@@ -41,12 +48,12 @@ def reset_cause():
     return POWER_ON if cause == machine.PWRON_RESET else SOFT
 
 
-def blink(pin, pattern):
+def blink(pin: "Pin | None", pattern: int) -> "Any":
     """Show `pattern` on `pin` from now on."""
     return machine_board.blink(machine, time, _TIMER, pin, pattern)
 
 
-def _make_wlan():
+def _make_wlan() -> "network.WLAN":
     wlan = network.WLAN(network.STA_IF)
     wlan.active(True)
     wlan.config(pm=network.WLAN.PM_NONE)

@@ -12,15 +12,15 @@ class FileStorage:
     All raise OSError where the filesystem fails.
     """
 
-    def __init__(self, folder):
-        self._prefix = folder + "/" if folder else ""
+    def __init__(self, folder: str) -> None:
+        self._prefix: str = folder + "/" if folder else ""
         if folder:
             try:
                 os.mkdir(folder)
             except OSError:  # it is there already, or the first write will say what is wrong
                 pass
 
-    def read(self, name):
+    def read(self, name: str) -> bytes | None:
         """The content of file `name`, or None where there is no such file."""
         try:
             with open(self._prefix + name, "rb") as file:
@@ -30,7 +30,7 @@ class FileStorage:
                 return None
             raise
 
-    def write(self, name, data):
+    def write(self, name: str, data: bytes) -> None:
         """Write `data` to file `name`; on return it is stored."""
         with open(self._prefix + name, "wb") as file:
             file.write(data)
@@ -40,10 +40,10 @@ class FileStorage:
         if not hasattr(os, "fsync") and hasattr(os, "sync"):
             os.sync()
 
-    def rename(self, old, new):
+    def rename(self, old: str, new: str) -> None:
         """Rename file `old` to `new`, atomically replacing a file of that name."""
         _replace(self._prefix + old, self._prefix + new)
 
-    def remove(self, name):
+    def remove(self, name: str) -> None:
         """Delete file `name`."""
         os.remove(self._prefix + name)

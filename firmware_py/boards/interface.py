@@ -8,26 +8,13 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from typing import Final, Protocol, TypeAlias
 
+    from ..mavlink.interface import Transport
     from ..sample import Sample
 
     Clock: TypeAlias = Callable[[], int]  # the time [us], wrapped at 2^30 (clock.py)
-    Data: TypeAlias = bytes | bytearray | memoryview
 
-    class Transport(Protocol):
-        """Bytes in and out."""
-
-        @property
-        def datagrams(self) -> bool:
-            """True where bytes arrive in whole datagrams."""
-            ...
-
-        def read(self) -> Data | None:
-            """What has arrived, or None; valid until the next call."""
-            ...
-
-        def write(self, data: Data) -> None:
-            """Send `data`."""
-            ...
+    class BoardTransport(Transport, Protocol):
+        """The bytes of a board's link."""
 
         def wait(self, timeout_ms: int) -> bool:
             """Wait for something to arrive; False if nothing came within `timeout_ms`."""
@@ -96,7 +83,7 @@ if TYPE_CHECKING:
             ...
 
         @property
-        def transport(self) -> Transport:
+        def transport(self) -> BoardTransport:
             """The link's bytes."""
             ...
 

@@ -13,20 +13,25 @@ _VERSION when an offset or the meaning of a part changes.
 
 import struct
 
-SIGNING_TIME = 8
-SIGNING_TIME_BYTES = 8
-EVENTS = 16
-EVENT_BYTES = 14
-EVENT_COUNT = 16  # divides 2^16
-FLIGHT = 240
-FLIGHT_BYTES = 416
-SIZE = 656
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Final
 
-_VERSION = 1
-_HEADER = struct.pack("<4sHH", b"KITE", _VERSION, SIZE)
+SIGNING_TIME = 8  # type: Final
+SIGNING_TIME_BYTES = 8  # type: Final
+EVENTS = 16  # type: Final
+EVENT_BYTES = 14  # type: Final
+EVENT_COUNT = 16  # type: Final  # divides 2^16
+FLIGHT = 240  # type: Final
+FLIGHT_BYTES = 416  # type: Final
+SIZE = 656  # type: Final
+
+_VERSION = 1  # type: Final
+_HEADER = struct.pack("<4sHH", b"KITE", _VERSION, SIZE)  # type: Final
 
 
-def take_over(block, old):
+def take_over(block: bytearray, old: bytes | bytearray | None) -> None:
     """Fill `block` with `old` if that is a block of this layout, else only with the header."""
     if old is not None and len(old) == SIZE and old[: len(_HEADER)] == _HEADER:
         block[:] = old
@@ -37,15 +42,15 @@ def take_over(block, old):
 class Retained:
     """A block of SIZE bytes that is retained. `store(block)` is called after each write, where one is given."""
 
-    def __init__(self, block, store=None):
+    def __init__(self, block: bytearray, store: "Callable[[bytearray], object] | None" = None) -> None:
         self._block = block
         self._store = store
 
-    def read(self, offset, size):
+    def read(self, offset: int, size: int) -> bytearray:
         """`size` bytes from `offset` on."""
         return self._block[offset : offset + size]
 
-    def write(self, offset, data):
+    def write(self, offset: int, data: bytes | bytearray) -> None:
         """Put `data` at `offset`."""
         self._block[offset : offset + len(data)] = data
         if self._store is not None:

@@ -17,14 +17,18 @@ import uctypes
 
 from .retained_layout import SIZE, take_over
 
-_DISTANCE = 65536  # some 20 KB of heap are used before this is imported, and 110 KB after the start
-_IS_RP2350 = "RP2350" in sys.implementation._machine
-_RAM = 0x20000000
-_RAM_END = 0x20080000 if _IS_RP2350 else 0x20040000
-SCRATCH = (0x400D8000 if _IS_RP2350 else 0x40058000) + 0x0C  # the watchdog's eight registers
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Final
+
+_DISTANCE = 65536  # type: Final  # some 20 KB of heap are used before this is imported, and 110 KB after the start
+_IS_RP2350 = "RP2350" in sys.implementation._machine  # type: Final
+_RAM = 0x20000000  # type: Final
+_RAM_END = 0x20080000 if _IS_RP2350 else 0x20040000  # type: Final
+SCRATCH = (0x400D8000 if _IS_RP2350 else 0x40058000) + 0x0C  # type: Final  # the watchdog's eight registers
 
 
-def _claim():
+def _claim() -> bytearray:
     """The block, with what it held before the reset."""
     address = machine.mem32[SCRATCH]
     old = None
@@ -40,4 +44,4 @@ def _claim():
     return block
 
 
-BLOCK = _claim()
+BLOCK = _claim()  # type: Final

@@ -1,35 +1,58 @@
 """Reads the settings in /board.py: every problem is one line that names the entry and says what would be right."""
 
-WIFI = "wifi"
-UART = "uart"
-HIL = "hil"
-LINE_ANGLES = "line-angles"
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Any, Final, TypeAlias, TypedDict
 
-_REQUIRED = object()
-_PINS = {"rp2": 29, "esp32": 48}  # the greatest pin number
-_UARTS = {"rp2": (0, 1), "esp32": (1, 2)}  # the ESP32's UART 0 is the console
-_LIGHTS = {"rp2": "LED", "esp32": 2}
-_CLOCKS_MHZ = {"rp2": (100, 200), "esp32": (80, 240)}  # what these processors are rated for
+    Pin: TypeAlias = int | str  # its number, or "LED"
+
+    class Entry(TypedDict):
+        """An encoder: its bus with the bus's pins, the raw reading at zero, and 1 or -1."""
+
+        i2c: int
+        sda: Pin
+        scl: Pin
+        zero: int
+        direction: int
+
+WIFI = "wifi"  # type: Final
+UART = "uart"  # type: Final
+HIL = "hil"  # type: Final
+LINE_ANGLES = "line-angles"  # type: Final
+
+_REQUIRED = object()  # type: Final
+_PINS = {"rp2": 29, "esp32": 48}  # type: Final[dict[str, int]]  # the greatest pin number
+_UARTS = {"rp2": (0, 1), "esp32": (1, 2)}  # type: Final[dict[str, tuple[int, int]]]  # an ESP32's 0 is the console
+_LIGHTS = {"rp2": "LED", "esp32": 2}  # type: Final[dict[str, Pin]]
+# What these processors are rated for.
+_CLOCKS_MHZ = {"rp2": (100, 200), "esp32": (80, 240)}  # type: Final[dict[str, tuple[int, int]]]
 
 
 class Settings:
-    """The checked settings; entries that do not apply are None."""
+    """The checked settings; entries that do not apply are as they are made here."""
 
-    def __init__(self):
-        self.link = None
-        self.ssid = self.key = self.ground = None  # ground: (address, port)
-        self.uart = self.tx = self.rx = self.baud = None
-        self.system_id = None
-        self.sensors = None
-        self.azimuth = self.elevation = None  # {"i2c", "sda", "scl", "zero", "direction"}
-        self.servo_pin = None
-        self.servo_us = (1000, 1500, 2000)  # pulses for steering -1, 0 and 1
-        self.light_pin = None
-        self.maintenance_pin = None
-        self.cpu_mhz = None  # None: the board's own choice
+    def __init__(self) -> None:
+        self.link: str = ""
+        self.ssid: str = ""  # with LINK "wifi", as the next two
+        self.key: str = ""
+        self.ground: tuple[str, int] = ("", 0)  # address, port
+        self.uart: int = 0  # with LINK "uart", as the next three
+        self.tx: "Pin" = 0
+        self.rx: "Pin" = 0
+        self.baud: int = 0
+        self.system_id: int = 0
+        self.sensors: str = ""
+        self.azimuth: "Entry | None" = None  # with SENSORS "line-angles", as the next one
+        self.elevation: "Entry | None" = None
+        self.servo_pin: "Pin | None" = None
+        self.servo_us: tuple[int, int, int] = (1000, 1500, 2000)  # pulses for steering -1, 0 and 1
+        self.light_pin: "Pin | None" = None
+        self.maintenance_pin: "Pin | None" = None
+        self.cpu_mhz: int | None = None  # None: the board's own choice
 
 
-def check_settings(values, platform):
+def check_settings(values: "dict[str, Any]", platform: str) -> "tuple[Settings, list[str]]":
     """Return (Settings, problems) from `values`, entries by name; `platform` is sys.platform of the board."""
     reader = _Reader(values, platform)
     settings = Settings()
@@ -51,15 +74,17 @@ def check_settings(values, platform):
     return settings, reader.problems
 
 
-def _read_wifi(reader, settings):
+def _read_wifi(reader: "_Reader", settings: "Settings") -> None:
     settings.ssid = reader.take("WIFI_SSID", "a name of 1 to 32 characters", lambda value: _is_text(value, 1, 32))
     right = 'a key of 8 to 63 characters, or "" for an open network'
     settings.key = reader.take("WIFI_KEY", right, lambda value: value == "" or _is_text(value, 8, 63))
     ground = reader.take("GROUND", 'as "192.168.1.10:14550"', lambda value: _address(value) is not None)
-    settings.ground = _address(ground)
+    address = _address(ground)
+    if address is not None:
+        settings.ground = address
 
 
-def _read_uart(reader, settings):
+def _read_uart(reader: "_Reader", settings: "Settings") -> None:
     first, last = _UARTS.get(reader.platform, (0, 1))
     settings.uart = reader.number("UART", first, last)
     settings.tx = reader.pin("UART_TX")
@@ -67,7 +92,7 @@ def _read_uart(reader, settings):
     settings.baud = reader.number("UART_BAUD", 9600, 3000000, 115200)
 
 
-def _read_line_angles(reader, settings):
+def _read_line_angles(reader: "_Reader", settings: "Settings") -> None:
     settings.azimuth = _read_encoder(reader, "AZIMUTH")
     settings.elevation = _read_encoder(reader, "ELEVATION")
     azimuth, elevation = settings.azimuth, settings.elevation
@@ -77,14 +102,14 @@ def _read_line_angles(reader, settings):
         reader.problems.append("SERVO_PIN is missing: a kite with line-angles needs its servo's pin number")
 
 
-def _read_encoder(reader, name):
+def _read_encoder(reader: "_Reader", name: str) -> "Entry | None":
     """The dictionary of an encoder, each of its entries checked; None with problems told."""
     right = '{"i2c": 0, "sda": 4, "scl": 5, "zero": 0, "direction": 1}'
     entry = reader.take(name, right, lambda value: isinstance(value, dict))
     if entry is None:
         return None
     inner = _Reader(entry, reader.platform, name + " ", reader.pins)
-    taken = {
+    taken: "Entry" = {
         "i2c": inner.number("i2c", 0, 1),
         "sda": inner.pin("sda"),
         "scl": inner.pin("scl"),
@@ -98,7 +123,7 @@ def _read_encoder(reader, name):
     return None if inner.problems else taken
 
 
-def _read_servo(reader, settings):
+def _read_servo(reader: "_Reader", settings: "Settings") -> None:
     settings.servo_pin = reader.pin("SERVO_PIN", None)
     minus = reader.number("SERVO_MINUS_US", 500, 2500, 1000)
     neutral = reader.number("SERVO_NEUTRAL_US", 500, 2500, 1500)
@@ -115,15 +140,17 @@ def _read_servo(reader, settings):
 class _Reader:
     """Takes entries out of `values` and writes down what is wrong with them."""
 
-    def __init__(self, values, platform, prefix="", pins=None):
+    def __init__(
+        self, values: "dict[str, Any]", platform: str, prefix: str = "", pins: "dict[Pin, str] | None" = None
+    ) -> None:
         self.values = values
         self.platform = platform
-        self.problems = []
-        self.pins = {} if pins is None else pins  # who uses which
+        self.problems: list[str] = []
+        self.pins: "dict[Pin, str]" = {} if pins is None else pins  # who uses which
         self._prefix = prefix
-        self._known = []
+        self._known: list[str] = []
 
-    def take(self, name, right, is_good, default=_REQUIRED):
+    def take(self, name: str, right: str, is_good: "Callable[[Any], bool]", default: "Any" = _REQUIRED) -> "Any":
         """The entry `name`, or None and a problem if `is_good` rejects it; `right` says what would be valid."""
         self._known.append(name)
         value = self.values.get(name, default)
@@ -135,12 +162,12 @@ class _Reader:
             return None
         return value
 
-    def number(self, name, least, greatest, default=_REQUIRED):
+    def number(self, name: str, least: int, greatest: int, default: "Any" = _REQUIRED) -> "Any":
         """A whole number."""
         right = "a whole number from %d to %d" % (least, greatest)
         return self.take(name, right, lambda value: _is_whole(value, least, greatest), default)
 
-    def pin(self, name, default=_REQUIRED):
+    def pin(self, name: str, default: "Any" = _REQUIRED) -> "Any":
         """A pin by its number, or "LED" if the board has that; each is used once. With a default, None is valid."""
         greatest = _PINS.get(self.platform, 48)
         right = "a pin number from 0 to %d" % greatest
@@ -152,12 +179,12 @@ class _Reader:
             self.pins[pin] = user
         return pin
 
-    def _is_pin(self, value, greatest, default):
+    def _is_pin(self, value: "Any", greatest: int, default: "Any") -> bool:
         if value is None:
             return default is not _REQUIRED
         return _is_whole(value, 0, greatest) or value == "LED" == _LIGHTS.get(self.platform)
 
-    def look_for_strangers(self):
+    def look_for_strangers(self) -> None:
         """Report unknown names in capitals, which are typing errors; settings of the other link are not."""
         for name in sorted(self.values):
             if name == name.upper() and not name.startswith("_") and name not in self._known and name not in _ENTRIES:
@@ -168,18 +195,18 @@ _ENTRIES = (
     "LINK", "WIFI_SSID", "WIFI_KEY", "GROUND", "UART", "UART_TX", "UART_RX", "UART_BAUD", "SYSTEM_ID", "SENSORS",
     "AZIMUTH", "ELEVATION", "SERVO_PIN", "SERVO_MINUS_US", "SERVO_NEUTRAL_US", "SERVO_PLUS_US", "LIGHT_PIN",
     "MAINTENANCE_PIN", "CPU_MHZ",
-)
+)  # type: Final[tuple[str, ...]]
 
 
-def _is_whole(value, least, greatest):
+def _is_whole(value: "Any", least: int, greatest: int) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and least <= value <= greatest
 
 
-def _is_text(value, least, greatest):
+def _is_text(value: "Any", least: int, greatest: int) -> bool:
     return isinstance(value, str) and least <= len(value) <= greatest
 
 
-def _address(value):
+def _address(value: "Any") -> tuple[str, int] | None:
     """("192.168.1.10", 14550) from "192.168.1.10:14550", or None. Numbers only: a board may have no name server."""
     if not isinstance(value, str) or value.count(":") != 1:
         return None
@@ -193,10 +220,10 @@ def _address(value):
     return host, int(port)
 
 
-def _is_digits(text, greatest):
+def _is_digits(text: str, greatest: int) -> bool:
     return text.isdigit() and len(text) < 6 and int(text) <= greatest
 
 
-def _short(value):
+def _short(value: "Any") -> str:
     text = repr(value)
     return text if len(text) <= 40 else text[:37] + "..."

@@ -25,7 +25,7 @@ _LONGEST_STEP = 0.2  # type: Final  # in s [rad], short enough not to reach anot
 _SCAN_POINTS = 32  # type: Final
 _SCAN_STEP = 2.0 * pi / _SCAN_POINTS  # type: Final
 _LEAST_SHARE = 0.2  # type: Final  # of the distance to a turn's centre that a kite inside it keeps
-_COURSE_WEIGHT = 0.2  # type: Final  # how much flying the right way counts beside being near, when a strand is picked anew
+_COURSE_WEIGHT = 0.2  # type: Final  # of flying the right way beside being near, when a strand is picked anew
 
 
 class GuidanceConfig:

@@ -10,31 +10,38 @@ from ..clock import ticks_diff
 from ..generated_enums import KITE_VALID_AZIMUTH, KITE_VALID_ELEVATION
 from .as5600 import STEPS
 
-_POSITION = KITE_VALID_AZIMUTH | KITE_VALID_ELEVATION
-_HALF = STEPS // 2
-_RADIANS = 2.0 * pi / STEPS
-_LEAST_ELEVATION = -114  # [steps]: 10 deg below the horizon, where a kite on the ground hangs its line
-_GREATEST_ELEVATION = STEPS // 4
-_SLACK = 4  # [steps] that two readings may differ by, however short the time
-_STEP_US = 300  # a line turns by no more than a step in this time: 293 deg/s
-_FORGET_US = 500000  # after so long without a good reading the next one is believed wherever it is
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Final
 
-NO_ANSWER = 0
-NO_MAGNET = 1
-OUT_OF_RANGE = 2
-JUMP = 3
+    from ..sample import Sample
+    from .as5600 import As5600
+
+_POSITION = KITE_VALID_AZIMUTH | KITE_VALID_ELEVATION  # type: Final
+_HALF = STEPS // 2  # type: Final
+_RADIANS = 2.0 * pi / STEPS  # type: Final
+_LEAST_ELEVATION = -114  # type: Final  # [steps]: 10 deg below the horizon, where a kite on the ground hangs its line
+_GREATEST_ELEVATION = STEPS // 4  # type: Final
+_SLACK = 4  # type: Final  # [steps] that two readings may differ by, however short the time
+_STEP_US = 300  # type: Final  # a line turns by no more than a step in this time: 293 deg/s
+_FORGET_US = 500000  # type: Final  # after so long without a good reading the next one is believed wherever it is
+
+NO_ANSWER = 0  # type: Final
+NO_MAGNET = 1  # type: Final
+OUT_OF_RANGE = 2  # type: Final
+JUMP = 3  # type: Final
 
 
 class Axis:
     """One angle of the line: an `encoder`, its raw reading at zero, and 1 or -1 for its direction."""
 
-    def __init__(self, encoder, zero, direction):
+    def __init__(self, encoder: "As5600", zero: int, direction: int) -> None:
         self._encoder = encoder
         self._zero = zero
         self._direction = direction
-        self.fault = NO_ANSWER
+        self.fault: int = NO_ANSWER
 
-    def read(self):
+    def read(self) -> int | None:
         """The angle in steps, -2048 to 2047, or None with the reason in `fault`."""
         if not self._encoder.read():
             self.fault = NO_ANSWER
@@ -48,13 +55,13 @@ class Axis:
 class LineAngles:
     """The board's sensors; `refused` counts the readings that gave no sample, by reason."""
 
-    def __init__(self, azimuth, elevation):
+    def __init__(self, azimuth: "Axis", elevation: "Axis") -> None:
         self._azimuth = azimuth
         self._elevation = elevation
-        self._last = None  # (time, azimuth, elevation) of the last good reading, in steps
-        self.refused = [0, 0, 0, 0]
+        self._last: tuple[int, int, int] | None = None  # (time, azimuth, elevation) of the last good reading, in steps
+        self.refused: list[int] = [0, 0, 0, 0]
 
-    def sample(self, now):
+    def sample(self, now: int) -> "Sample | None":
         """Values of KITE_SENSORS in wire order, or None if a reading is missing or impossible."""
         azimuth = self._read(self._azimuth)
         elevation = self._read(self._elevation)
@@ -69,13 +76,13 @@ class LineAngles:
         self._last = (now, azimuth, elevation)
         return (now, azimuth * _RADIANS, elevation * _RADIANS, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, _POSITION)
 
-    def _read(self, axis):
+    def _read(self, axis: "Axis") -> int | None:
         steps = axis.read()
         if steps is None:
             self.refused[axis.fault] += 1
         return steps
 
-    def _is_jump(self, azimuth, elevation, now):
+    def _is_jump(self, azimuth: int, elevation: int, now: int) -> bool:
         if self._last is None:
             return False
         then, last_azimuth, last_elevation = self._last

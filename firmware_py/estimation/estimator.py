@@ -38,7 +38,8 @@ _FROM_HEADING = 3.0  # type: Final
 _LEAST_DISTANCE = 1.0  # type: Final  # [m]
 _MOST_DISTANCE = 10000.0  # type: Final
 _MOST_AIRSPEED = 200.0  # type: Final  # [m/s]
-_AHEAD_US = 5000000  # type: Final  # a stamp further ahead is an error of the sensor's clock, not a link that catches up
+# A stamp further ahead than this is an error of the sensor's clock, not a link that catches up.
+_AHEAD_US = 5000000  # type: Final
 _FOREVER_US = 1 << 29  # type: Final  # ages count no further
 _STANDING = 1e-6  # type: Final  # a chord no longer than this is rounding, and has no direction [rad]
 _SLACK = 0.003  # type: Final  # a jump of this size is sensor noise, however short the time [rad]

@@ -5,7 +5,8 @@ if TYPE_CHECKING:
     from typing import Final
 
 _SECOND = 1000000  # type: Final
-_REPORT_US = 500000  # type: Final  # a radio's reports are heeded this often at most: what is done takes a while to show
+# A radio's reports are heeded this often at most: it takes a while until one shows an effect.
+_REPORT_US = 500000  # type: Final
 _FORGET_US = 10000000  # type: Final  # a radio that has told nothing for this long is gone
 _LEAST = 200  # type: Final  # bytes a second
 # One message in this time is let through although there is no room: a list must come to its end. Acknowledgements come

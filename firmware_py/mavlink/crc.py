@@ -55,6 +55,9 @@ def seal_plain(buffer: bytearray, start: int, end: int, extra: int) -> int:
 crc_bytes: "Callable[[Bytes, int, int, int], int]" = crc_bytes_plain
 seal: "Callable[[bytearray, int, int, int], int]" = seal_plain
 try:
-    from .crc_viper import crc_bytes, seal  # noqa: F401  in the place of the plain ones
+    from . import crc_viper
+
+    crc_bytes = crc_viper.crc_bytes
+    seal = crc_viper.seal
 except (ImportError, SyntaxError, ValueError):  # CPython, no native code here, or .mpy for another processor
     pass

@@ -2,9 +2,15 @@
 
 import micropython  # type: ignore[import-not-found]
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, TypeAlias
+
+    ptr8: TypeAlias = Any  # to viper: the bytes of a buffer
+
 
 @micropython.viper
-def crc_bytes(data: ptr8, start: int, end: int, crc: int) -> int:  # type: ignore[name-defined]  # noqa: F821
+def crc_bytes(data: ptr8, start: int, end: int, crc: int) -> int:
     """CRC of `data[start:end]`, continued from `crc`."""
     while start < end:
         byte = int(data[start]) ^ (crc & 0xFF)
@@ -15,7 +21,7 @@ def crc_bytes(data: ptr8, start: int, end: int, crc: int) -> int:  # type: ignor
 
 
 @micropython.viper
-def seal(buffer: ptr8, start: int, end: int, extra: int) -> int:  # type: ignore[name-defined]  # noqa: F821
+def seal(buffer: ptr8, start: int, end: int, extra: int) -> int:
     """See crc.seal_plain."""
     least = start + 11
     while end > least and not int(buffer[end - 1]):

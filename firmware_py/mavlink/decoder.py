@@ -9,11 +9,17 @@ import struct
 from .crc import START, crc_byte, crc_bytes
 from .generated_messages import MESSAGES, TARGETS
 
-_V1 = 0xFE
-_V2 = 0xFD
-_SIGNED = 1
-_PEERS = 8  # senders whose sequence numbers are followed
-_EVERYBODY = 0  # as the target of a message: any system, any component
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, Final
+
+    from .crc import Bytes
+
+_V1 = 0xFE  # type: Final
+_V2 = 0xFD  # type: Final
+_SIGNED = 1  # type: Final
+_PEERS = 8  # type: Final  # senders whose sequence numbers are followed
+_EVERYBODY = 0  # type: Final  # as the target of a message: any system, any component
 
 
 class Decoder:
@@ -23,29 +29,29 @@ class Decoder:
     an `own_system` of 0 accepts all of them.
     """
 
-    def __init__(self, size=2048):
-        self._buffer = bytearray(size)
-        self._view = memoryview(self._buffer)
-        self._payload = bytearray(255)
-        self._zeros = bytes(255)
-        self._start = 0
-        self._end = 0
-        self._next_sequence = {}
-        self.own_system = _EVERYBODY
-        self.own_component = 1
-        self.message = 0
-        self.sequence = 0
-        self.system = 0
-        self.component = 0
-        self.values = ()
-        self.frames = 0
-        self.bad_crc = 0
-        self.unknown = 0
-        self.foreign = 0
-        self.lost = 0
-        self.overflowed = 0
+    def __init__(self, size: int = 2048) -> None:
+        self._buffer: bytearray = bytearray(size)
+        self._view: memoryview = memoryview(self._buffer)
+        self._payload: bytearray = bytearray(255)
+        self._zeros: bytes = bytes(255)
+        self._start: int = 0
+        self._end: int = 0
+        self._next_sequence: dict[int, int] = {}
+        self.own_system: int = _EVERYBODY
+        self.own_component: int = 1
+        self.message: int = 0
+        self.sequence: int = 0
+        self.system: int = 0
+        self.component: int = 0
+        self.values: "tuple[Any, ...]" = ()
+        self.frames: int = 0
+        self.bad_crc: int = 0
+        self.unknown: int = 0
+        self.foreign: int = 0
+        self.lost: int = 0
+        self.overflowed: int = 0
 
-    def feed(self, data):
+    def feed(self, data: "Bytes") -> None:
         """Take in `data`. What does not fit is dropped and counted in `overflowed` [bytes]."""
         if self._start:
             rest = self._end - self._start
@@ -61,7 +67,7 @@ class Decoder:
         self._view[self._end : self._end + size] = data
         self._end += size
 
-    def next_frame(self, whole=False):  # noqa: PLR0912  in one piece, as calls cost a board more than what they do
+    def next_frame(self, whole: bool = False) -> bool:  # noqa: PLR0912  in one piece, as calls cost a board much
         """Find the next good frame; False when there is none.
 
         `whole`: the bytes end with a datagram, so an incomplete frame stays incomplete.
@@ -109,7 +115,7 @@ class Decoder:
             self._start = start + 1
         return False
 
-    def _skip_unknown(self, header, size):
+    def _skip_unknown(self, header: int, size: int) -> bool:
         """Step over a frame of an unknown message if what follows it looks like a frame, or like the end."""
         behind = self._start + size
         if behind < self._end and self._buffer[behind] not in (_V2, _V1):
@@ -119,7 +125,7 @@ class Decoder:
         self._start = behind
         return True
 
-    def _is_whole(self, start, end, entry):
+    def _is_whole(self, start: int, end: int, entry: tuple[str, int, int, int]) -> bool:
         """True if the checksum is right of the frame at `start`, whose payload goes to `end`."""
         buffer = self._buffer
         _, extra, _, _ = entry
@@ -128,7 +134,7 @@ class Decoder:
         self.bad_crc += 1
         return False
 
-    def _accept(self, payload, length, message, entry):
+    def _accept(self, payload: int, length: int, message: int, entry: tuple[str, int, int, int]) -> bool:
         """The one place that accepts or rejects a frame that came whole (a signature would be checked here too).
 
         The frame's `payload` has this `length`; `entry` is the message's in MESSAGES.
@@ -154,19 +160,19 @@ class Decoder:
         self.frames += 1
         return True
 
-    def _is_ours(self, payload, length, targets):
+    def _is_ours(self, payload: int, length: int, targets: tuple[int, int]) -> bool:
         """True if a payload with its `targets` at these offsets (see TARGETS) is for this system, or for all."""
         system, component = targets
         return self._says(payload, length, system, self.own_system) and self._says(
             payload, length, component, self.own_component)
 
-    def _says(self, payload, length, at, wanted):
+    def _says(self, payload: int, length: int, at: int, wanted: int) -> bool:
         """True if the target at this offset, where there is one, is the `wanted` one, or everybody."""
         if not 0 <= at < length:  # zeros at a payload's end are not sent
             return True
         return self._buffer[payload + at] in (_EVERYBODY, wanted)
 
-    def _follow_sequence(self, at, fresh):
+    def _follow_sequence(self, at: int, fresh: bool) -> None:
         """Count the frames missing before the one whose sequence number, system and component lie at `at`.
 
         Only a frame that is whole and for us may bring in a new sender.

@@ -5,18 +5,24 @@ import struct
 from .crc import seal
 from .generated_messages import MESSAGES
 
-LONGEST_FRAME = 280  # header 10, payload 255, CRC 2, signature 13
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Final
+
+    from .interface import Values
+
+LONGEST_FRAME = 280  # type: Final  # header 10, payload 255, CRC 2, signature 13
 
 
 class Encoder:
     """Numbers the frames of one sender and packs them."""
 
-    def __init__(self, system, component):
+    def __init__(self, system: int, component: int) -> None:
         self.system = system
         self.component = component
-        self.sequence = 0
+        self.sequence: int = 0
 
-    def encode(self, buffer, offset, message, values):
+    def encode(self, buffer: bytearray, offset: int, message: int, values: "Values") -> int:
         """Pack `values` (wire order) as a frame of `message` at `buffer[offset:]`; return the offset behind it.
 
         The buffer must have LONGEST_FRAME bytes left. Trailing zero bytes of the payload are not sent.

@@ -11,6 +11,32 @@ if TYPE_CHECKING:
     # Of a message, in wire order: numbers, and bytes for text and data.
     Values: TypeAlias = Sequence[float | bytes | bytearray]
 
+    Data: TypeAlias = bytes | bytearray | memoryview
+
+    class Transport(Protocol):
+        """Bytes in and out. It may have `bytes_per_s`, the capacity of its line, and what Peers has."""
+
+        @property
+        def datagrams(self) -> bool:
+            """True where bytes arrive in whole datagrams."""
+            ...
+
+        def read(self) -> Data | None:
+            """What has arrived, or None; valid until the next call."""
+            ...
+
+        def write(self, data: memoryview) -> object:
+            """Send `data`; what cannot be sent is lost."""
+            ...
+
+    class Peers(Protocol):
+        """A transport that others than the configured peer can send to."""
+
+        @property
+        def from_peer(self) -> bool:
+            """True if the last bytes came from the configured peer."""
+            ...
+
     class Link(Protocol):
         """Takes messages to ground stations and to the bridge, and brings theirs."""
 

@@ -6,8 +6,15 @@ from .decoder import Decoder
 from .encoder import LONGEST_FRAME, Encoder
 from .generated_messages import HIL_ACTUATOR_CONTROLS, KITE_SENSORS, KITE_STATE, KITE_TICK, KITE_TICK_END
 
-_DATAGRAM = 1120  # frames are gathered until they pass this size [bytes]; one more still fits a network packet
-_BYTES_AT_ONCE = 16384
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, Final
+
+    from ..services.inbox import Inbox
+    from .interface import Peers, Transport, Values
+
+_DATAGRAM = 1120  # type: Final  # frames are gathered until they pass it [bytes]; one more still fits a network packet
+_BYTES_AT_ONCE = 16384  # type: Final
 
 
 class MavlinkLink:
@@ -22,35 +29,37 @@ class MavlinkLink:
     itself; 25, whose KITE_STATE most ground stations do not know; 26, whose frames the bridge removes.
     """
 
-    def __init__(self, transport):
+    def __init__(self, transport: "Transport") -> None:
         self.decoder = Decoder()
         self.decoder.own_component = MAV_COMP_ID_AUTOPILOT1
         self.budget = LinkBudget(getattr(transport, "bytes_per_s", 0))
-        self.refused = 0  # samples and ticks of others than the peer, ticks in real time
+        self.refused: int = 0  # samples and ticks of others than the peer, ticks in real time
         self._encoder = Encoder(1, MAV_COMP_ID_AUTOPILOT1)
         self._own_encoder = Encoder(1, MAV_COMP_ID_USER1)
         self._control_encoder = Encoder(1, MAV_COMP_ID_USER2)
-        self.lockstep = False  # true where the bridge's ticks run the loop
+        self.lockstep: bool = False  # true where the bridge's ticks run the loop
         self._transport = transport
-        self._has_peers = hasattr(transport, "from_peer")
-        self._out = bytearray(_DATAGRAM + LONGEST_FRAME)
-        self._out_view = memoryview(self._out)
-        self._filled = 0
+        whose: "Any" = transport
+        self._peers: "Peers | None" = whose if hasattr(transport, "from_peer") else None
+        self._out: bytearray = bytearray(_DATAGRAM + LONGEST_FRAME)
+        self._out_view: memoryview = memoryview(self._out)
+        self._filled: int = 0
         self.set_system(1)
 
-    def set_system(self, system):
+    def set_system(self, system: int) -> None:
         """Be this system from now on."""
         self.decoder.own_system = system
         for encoder in (self._encoder, self._own_encoder, self._control_encoder):
             encoder.system = system
 
-    def receive(self, inbox, most=_BYTES_AT_ONCE):
+    def receive(self, inbox: "Inbox", most: int = _BYTES_AT_ONCE) -> int:
         """Put messages for this system into `inbox`, up to a lockstep tick; return the number of bytes read.
 
         Reading stops after `most` bytes.
         """
         decoder = self.decoder
         transport = self._transport
+        peers = self._peers
         whole = transport.datagrams
         taken = 0
         while taken < most:
@@ -62,7 +71,7 @@ class MavlinkLink:
             while decoder.next_frame(whole):
                 message = decoder.message
                 if message in (KITE_SENSORS, KITE_TICK) and (
-                    (self._has_peers and not transport.from_peer) or (message == KITE_TICK and not self.lockstep)
+                    (peers is not None and not peers.from_peer) or (message == KITE_TICK and not self.lockstep)
                 ):
                     self.refused += 1  # it came from where it may not come, or is of no use
                 else:
@@ -71,7 +80,7 @@ class MavlinkLink:
                 break
         return taken
 
-    def send(self, message, values):
+    def send(self, message: int, values: "Values") -> int:
         """Queue a frame of `message` with `values` in wire order; return its size [bytes]."""
         if message in (HIL_ACTUATOR_CONTROLS, KITE_TICK_END):
             encoder = self._control_encoder
@@ -85,17 +94,17 @@ class MavlinkLink:
             self.flush()
         return size
 
-    def answer(self, message, values):
+    def answer(self, message: int, values: "Values") -> None:
         """Send an answer; the caller has claimed room with `budget.claim_answer_room`."""
         self.budget.spend_on_answer(self.send(message, values))
 
-    def flush(self):
+    def flush(self) -> None:
         """Pass the queued bytes to the transport."""
         if self._filled:
             self._transport.write(self._out_view[: self._filled])
             self._filled = 0
 
-    def counters(self):
+    def counters(self) -> tuple[int, int, int, int]:
         """(bad CRC, unusable here, lost by sequence number, bytes dropped), since start.
 
         Unusable are unknown messages, those for others, and samples and ticks from other peers.

@@ -181,7 +181,7 @@ class Keeper:
 
 def describe(report: "LoadReport") -> list[tuple[int, str]]:
     """A LoadReport as texts of at most 50 characters: (severity, text)."""
-    texts = []
+    texts: list[tuple[int, str]] = []
     if report.found:
         texts.append((MAV_SEVERITY_INFO, "%d parameters from storage" % report.loaded))
     else:

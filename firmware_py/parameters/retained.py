@@ -4,7 +4,6 @@ Parameters that were changed in flight are not on flash yet, and the board must 
 """
 
 import struct
-from collections import namedtuple
 
 from ..boards.retained_layout import EVENT_BYTES, EVENT_COUNT, EVENTS, FLIGHT, SIGNING_TIME, SIGNING_TIME_BYTES
 from ..mavlink.crc import START, crc_bytes
@@ -13,12 +12,12 @@ from .generated_parameters import COUNT
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Final
+    from typing import Final, TypeAlias
 
     from ..boards.interface import Retained
     from .values import Parameters
 
-Event = namedtuple("Event", ("number", "code", "uptime_ms", "value"))  # numbers count on, modulo 2^16
+    Event: TypeAlias = tuple[int, int, int, float]
 
 _CONTRACT = CONTRACT_HASH.encode()  # type: Final  # another firmware's values would be misread
 _FLIGHT = "<16sB%df" % COUNT  # type: Final
@@ -74,8 +73,9 @@ class EventRing:
     def __init__(self, retained: "Retained") -> None:
         self._retained = retained
         self._buffer: bytearray = bytearray(EVENT_BYTES)
-        events = self.entries()
-        self._next: int = (events[-1].number + 1) % _ROUND if events else 0
+        self._next: int = 0
+        for number, _, _, _ in self.entries():
+            self._next = (number + 1) % _ROUND
 
     def append(self, code: int, value: float, uptime_ms: int) -> None:
         """Note an event of boards/interface.py [ms since the start, below 2^32] in the place of the oldest."""
@@ -85,16 +85,23 @@ class EventRing:
         self._next = (number + 1) % _ROUND
 
     def entries(self) -> "list[Event]":
-        """Each whole Event, oldest first."""
-        found = []
+        """Each whole event, oldest first: (number, code, uptime [ms], value). Numbers count on, modulo 2^16."""
+        found: "list[Event]" = []
         for place in range(EVENT_COUNT):
             data = self._retained.read(EVENTS + place * EVENT_BYTES, EVENT_BYTES)
             if _sealed(data):
-                found.append(Event(*struct.unpack_from(_EVENT, data, 0)))
+                found.append(struct.unpack_from(_EVENT, data, 0))
         if found:
-            base = found[0].number  # they are ordered by their distance from any of them
-            found.sort(key=lambda event: (event.number - base + _HALF) % _ROUND)
+            any_of_them = found[0]
+            found.sort(key=lambda event: _distance(any_of_them, event))
         return found
+
+
+def _distance(event: "Event", other: "Event") -> int:
+    """By how much an event is before another, in numbers, beginning with half of them after it."""
+    number, _, _, _ = event
+    other_number, _, _, _ = other
+    return (other_number - number + _HALF) % _ROUND
 
 
 class SigningTime:

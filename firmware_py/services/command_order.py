@@ -8,7 +8,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Final
 
-_RECENT_US = 3000000  # type: Final  # a link that is later than this is not flown by; beyond it a station may have begun anew
+_RECENT_US = 3000000  # type: Final  # no link that is flown by is later; beyond it a station may have begun anew
 _BEHIND = 32  # type: Final  # numbers; further back it is a station that begins anew
 _REMEMBERED = 8  # type: Final
 

@@ -169,7 +169,7 @@ class FileServer:
         return self._open == index
 
     def _open_session(self, system: int, component: int, index: int) -> None:
-        sessions = []
+        sessions: list[tuple[int, int, int]] = []
         for session in self._sessions:
             station, part, _ = session
             if station != system or part != component:

@@ -2,8 +2,17 @@
 
 from ..clock import MASK, ticks_diff
 
-_LOOK_US = 250000  # between two looks at the network
-_JOIN_US = 10000000  # a try to join is given this long before the next one
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Final
+
+    from ..boards.interface import Clock
+    from ..mavlink.interface import Data
+    from .interface import Datagrams, Wlan
+
+_LOOK_US = 250000  # type: Final  # between two looks at the network
+_JOIN_US = 10000000  # type: Final  # a try to join is given this long before the next one
 
 
 class WifiTransport:
@@ -14,31 +23,34 @@ class WifiTransport:
 
     datagrams = True
 
-    def __init__(self, wlan, ssid, key, udp, ticks_us, tell):
+    def __init__(
+        self, wlan: "Wlan", ssid: str, key: str, udp: "Datagrams", ticks_us: "Clock", tell: "Callable[[str], None]"
+    ) -> None:
         self._wlan = wlan
         self._ssid = ssid
         self._key = key
         self._udp = udp
         self._ticks_us = ticks_us
         self._tell = tell
-        self._joined = False
-        self._looked = self._tried = ticks_us()
-        self.received = 0
+        self._joined: bool = False
+        self._looked: int = ticks_us()
+        self._tried: int = ticks_us()
+        self.received: int = 0
         self._join()
 
     @property
-    def from_peer(self):
+    def from_peer(self) -> bool:
         """True if the last data came from the configured peer."""
         return self._udp.from_peer
 
-    def read(self):
+    def read(self) -> memoryview | None:
         """One datagram, or None."""
         data = self._udp.read()
         if data:
             self.received = (self.received + len(data)) & MASK
         return data
 
-    def write(self, data):
+    def write(self, data: "Data") -> None:
         """Send `data` as one datagram; without a network it is lost. Called each tick; keeps the network connected."""
         now = self._ticks_us()
         if ticks_diff(now, self._looked) >= _LOOK_US:
@@ -47,11 +59,11 @@ class WifiTransport:
         if self._joined:
             self._udp.write(data)
 
-    def wait(self, timeout_ms):
+    def wait(self, timeout_ms: int) -> bool:
         """Wait for a datagram; False if none came within `timeout_ms`."""
         return self._udp.wait(timeout_ms)
 
-    def _look(self, now):
+    def _look(self, now: int) -> None:
         joined = self._wlan.isconnected()
         if joined != self._joined:
             self._joined = joined
@@ -62,7 +74,7 @@ class WifiTransport:
             self._tell("Wi-Fi " + self._ssid + ": not connected (status %d), retrying" % self._wlan.status())
             self._join()
 
-    def _join(self):
+    def _join(self) -> None:
         """Begin to join; the network's own code goes on with it."""
         try:
             if self._key:

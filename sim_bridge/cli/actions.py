@@ -188,8 +188,9 @@ def report(result: RunResult, as_json: bool) -> None:
     if as_json:
         print(json.dumps(numbers))
         return
+    loop = f" ({numbers['loop']})" if numbers["runtime"] == "inproc" else ""
     print(f"{numbers['scenario']}: {numbers['sim_s']:.1f} s flown in {numbers['wall_s']:.2f} s "
-          f"({numbers['real_time_factor']:.3g} times real time), {numbers['runtime']}, seed {numbers['seed']}"
+          f"({numbers['real_time_factor']:.4g} times real time), {numbers['runtime']}{loop}, seed {numbers['seed']}"
           + (", interrupted" if result.interrupted else ""))
     if numbers["trouble"]:
         print(f"{numbers['verdict']}: {numbers['trouble']}")

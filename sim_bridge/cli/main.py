@@ -10,10 +10,11 @@ from kite_analysis.console.optional_packages import ExtraMissingError
 from kite_analysis.console.verbs import add_verbs
 from kite_analysis.flights.description import FlightDataError
 from kite_analysis.picture_file import FileRefusedError
-from sim_bridge.cli.notes import DISK_TROUBLE
+from sim_bridge.cli.notes import DISK_TROUBLE, notice
 from sim_bridge.cli.plot_option import leave_words_to_others
 from sim_bridge.cli.verbs import VERBS
 from sim_bridge.errors import BoardError, FirmwareError, ScenarioError
+from sim_bridge.native.choice import choose_loop
 
 
 def build_parser() -> Parser:
@@ -28,11 +29,14 @@ def build_parser() -> Parser:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run `kite-sitl` with `arguments`; return the exit code: 2 for what the user can put right.
 
-    What flies (firmware, plants, links and all else of a flight) is imported by `options.run`, and not before.
+    What flies (firmware, plants, links and all else of a flight) is imported by `options.run`, and not before: whether
+    it is compiled is chosen here.
     """
     words = sys.argv[1:] if arguments is None else arguments
     options = build_parser().parse_args(leave_words_to_others(words))
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # end as cleanly as on Ctrl-C
+    if hasattr(options, "interpreted") and (problem := choose_loop(options.interpreted)):
+        notice(problem)
     try:
         code = options.run(options)
         sys.stdout.flush()

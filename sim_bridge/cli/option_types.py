@@ -39,3 +39,9 @@ def add_interpreter_option(verb: ArgumentParser, default: str = "the one beside 
     verb.add_argument("--interpreter", metavar="PATH",
                       help="the MicroPython of --runtime micropython, such as a build with single-precision floats "
                       f"(docs/boards.md; default: {default})")
+
+
+def add_loop_option(verb: ArgumentParser) -> None:
+    """The option for which loop flies: for verbs that fly."""
+    verb.add_argument("--interpreted", action="store_true",
+                      help="do not use the compiled loop (`make compiled`); the numbers are the same, to the bit")

@@ -62,7 +62,7 @@ def _fly(options: Namespace, axes: list[Axis], points: list[tuple[str, ...]], sc
         other = f", {results.flown_by_other_code} of them by other code" if results.flown_by_other_code else ""
         notice(f"{len(points) - len(missing)} of {len(points)} runs exist already{other}")
     try:
-        with make_executor(options.jobs, options.scheduler) as executor, \
+        with make_executor(options.jobs, options.scheduler) as (executor, workers), \
                 tqdm(total=len(points), initial=len(points) - len(missing), unit="run",
                      disable=None if not options.json else True) as bar:
             def take(row: dict[str, Any]) -> None:
@@ -70,7 +70,7 @@ def _fly(options: Namespace, axes: list[Axis], points: list[tuple[str, ...]], sc
                 results.add(row | {axis.key: value for axis, value in zip(axes, values, strict=True)})
                 bar.update()
 
-            fly_all(executor, [(run, scenarios[run].to_dict()) for run in missing], take)
+            fly_all(executor, workers, [(run, scenarios[run].to_dict()) for run in missing], options.interpreted, take)
     except KeyboardInterrupt:
         notice(f"stopped after {len(results.rows)} of {len(points)} runs; the same command resumes")
         return True

@@ -11,6 +11,7 @@ from sim_bridge.errors import ScenarioError
 from sim_bridge.flight.flight import Flight
 from sim_bridge.flight.plant_choice import warm_up
 from sim_bridge.links.ground_path import GroundLink, GroundSocket
+from sim_bridge.native.choice import loop_in_use
 from sim_bridge.runs.run_choices import FOREVER_LIMIT_MB
 from sim_bridge.runs.run_log import RunLog
 from sim_bridge.runtimes.inproc import InprocRuntime
@@ -142,8 +143,8 @@ def sum_up(flight: Flight, wall_s: float) -> dict[str, Any]:
     sim_s = max(0.0, flight.time_s)
     return {
         "scenario": scenario.name, "plant": scenario.plant_kind, "runtime": flight.runtime.name,
-        "seed": scenario.run.seed, "sim_s": sim_s, "wall_s": wall_s, "real_time_factor": sim_s / wall_s,
-        **flight.metrics()._asdict(),
+        "loop": loop_in_use(), "seed": scenario.run.seed, "sim_s": sim_s, "wall_s": wall_s,
+        "real_time_factor": sim_s / wall_s, **flight.metrics()._asdict(),
         "ticks": len(flight.truth), "overruns": flight.overruns,
     }
 

@@ -2,30 +2,36 @@
 
 import os
 import signal
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
 from typing import Any
 
 from kite_analysis.console.optional_packages import ExtraMissingError
 from sim_bridge.errors import ScenarioError
 from sim_bridge.runs.fingerprint import code_fingerprint
-from sim_bridge.sweeps.worker import fly_run
+from sim_bridge.sweeps.worker import fly_batch
+
+Run = tuple[int, dict[str, Any]]  # number, scenario as a dictionary
+_BATCH_S = 0.5
+_MOST_RUNS = 32  # in a batch
+_AT_ONCE = 2  # batches for each worker: one that is flown, one that waits
 
 
 @contextmanager
-def make_executor(jobs: int | None, scheduler: str | None) -> Iterator[Executor]:
-    """A pool of `jobs` processes (as many as there are cores), or the Dask cluster at `scheduler`.
+def make_executor(jobs: int | None, scheduler: str | None) -> Iterator[tuple[Executor, int]]:
+    """A pool of `jobs` processes (as many as there are cores), or the Dask cluster at `scheduler`, with its size.
 
     Raises:
         ExtraMissingError: dask.distributed is not installed.
         ScenarioError: there is no cluster there.
     """
     if scheduler is None:
-        workers = jobs or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else jobs
+        workers = jobs or _cores()
         pool = ProcessPoolExecutor(workers, initializer=_leave_interrupts_to_the_parent)
         try:
-            yield pool
+            yield pool, workers
         finally:
             pool.shutdown(wait=True, cancel_futures=True)
         return
@@ -38,20 +44,41 @@ def make_executor(jobs: int | None, scheduler: str | None) -> Iterator[Executor]
     except (OSError, ValueError) as error:
         raise ScenarioError(f"--scheduler {scheduler}: no Dask scheduler there ({error})") from error
     with client:
-        yield client.get_executor(pure=False)
+        threads: Any = client.nthreads()  # by worker
+        yield client.get_executor(pure=False), max(1, sum(threads.values()))
 
 
-def fly_all(executor: Executor, runs: Sequence[tuple[int, dict[str, Any]]], take: Callable[[dict[str, Any]], None]
-            ) -> None:
-    """Fly `runs` (number, scenario as a dictionary) and give `take` each row as it comes in."""
-    futures = [executor.submit(fly_run, number, content, code_fingerprint()) for number, content in runs]
+def fly_all(executor: Executor, workers: int, runs: Sequence[Run], interpreted: bool,
+            take: Callable[[dict[str, Any]], None]) -> None:
+    """Fly `runs` on the `workers` of an `executor`, and give `take` each row as it comes in.
+
+    Workers get the runs in batches, so that short flights cost little beside the flying, and hand back what they have
+    after _BATCH_S, so that rows of long ones come in as they are flown. Each worker has a second batch waiting.
+    """
+    code = code_fingerprint()
+    waiting = deque(runs)
+    flying: dict[Future[list[dict[str, Any]]], list[Run]] = {}
     try:
-        for future in as_completed(futures):
-            take(future.result())
+        while waiting or flying:
+            while waiting and len(flying) < _AT_ONCE * workers:
+                size = max(1, min(_MOST_RUNS, len(waiting) // (_AT_ONCE * workers)))
+                batch = [waiting.popleft() for _ in range(size)]
+                flying[executor.submit(fly_batch, batch, code, interpreted, _BATCH_S)] = batch
+            ended, _ = wait(flying, return_when=FIRST_COMPLETED)
+            for future in ended:
+                batch = flying.pop(future)
+                rows = future.result()
+                for row in rows:
+                    take(row)
+                waiting.extendleft(reversed(batch[len(rows) :]))
     except BaseException:
-        for future in futures:
+        for future in flying:
             future.cancel()
         raise
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _leave_interrupts_to_the_parent() -> None:

@@ -58,6 +58,9 @@ class SimulatedPwm:
         assert isinstance(duration_ns, int)
         self.pulses.append(duration_ns / 1000)
 
+    def duty_u16(self, share: int) -> None:
+        raise AssertionError("duty_ns is finer")
+
 
 class CoarsePwm:
     """One that only knows shares of the period, as some ports do."""

@@ -8,7 +8,7 @@ from firmware_bench import sample
 from simulated_storage import SimulatedStorage
 
 from firmware_py.autopilot import Autopilot
-from firmware_py.boards.interface import NoLight, NoWatchdog
+from firmware_py.boards.interface import POWER_ON, NoLight, NoWatchdog
 from firmware_py.loop import run_real_time
 from firmware_py.mavlink.link import MavlinkLink
 from firmware_py.parameters.generated_parameters import NAMES
@@ -23,7 +23,8 @@ MASK = (1 << 30) - 1
 class Board:
     """Time passes while the loop waits. `at` are (time [s], call), `to_firmware` what arrives, a datagram each."""
 
-    sensors = None
+    sensors = storage = retained = None
+    reset_cause = POWER_ON
     actuator: Any = None
     bytes_per_tick = 2048
     datagrams = True

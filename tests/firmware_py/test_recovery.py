@@ -395,6 +395,9 @@ class QuietTransport:
     def write(self, data: memoryview) -> None:
         pass
 
+    def wait(self, timeout_ms: int) -> bool:
+        return False
+
 
 def test_a_pc_keeps_its_parameters_in_a_folder(tmp_path):
     def start() -> Autopilot:

@@ -1,7 +1,5 @@
 """Wi-Fi that comes and goes: nothing waits for it, and it is joined again."""
 
-from types import SimpleNamespace
-
 from simulated_hardware import SimulatedClock
 
 from firmware_py.transports.wifi import WifiTransport
@@ -18,8 +16,7 @@ class Network:
         self.incoming = []
         self.said = []
         self.clock = SimulatedClock((1 << 30) - 3_000_000)
-        self.udp = SimpleNamespace(
-            read=lambda: self.incoming.pop(0) if self.incoming else None, write=self.sent.append, wait=lambda ms: False)
+        self.from_peer = True
 
     def connect(self, *credentials):
         self.joins.append(credentials)
@@ -35,8 +32,17 @@ class Network:
     def ifconfig(self):
         return ("192.168.1.7", "", "", "")
 
+    def read(self):
+        return self.incoming.pop(0) if self.incoming else None
+
+    def write(self, data):
+        self.sent.append(data)
+
+    def wait(self, timeout_ms):
+        return False
+
     def transport(self, key="12345678"):
-        return WifiTransport(self, "kite", key, self.udp, self.clock.ticks_us, self.said.append)
+        return WifiTransport(self, "kite", key, self, self.clock.ticks_us, self.said.append)
 
     def run(self, transport, seconds):
         for _ in range(seconds * 50):

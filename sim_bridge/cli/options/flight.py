@@ -3,7 +3,7 @@
 from argparse import ArgumentParser
 
 from kite_analysis.verdicts import RULE
-from sim_bridge.cli.option_types import add_interpreter_option, not_negative, positive
+from sim_bridge.cli.option_types import add_interpreter_option, add_loop_option, not_negative, positive
 from sim_bridge.cli.plot_option import add_plot_option
 from sim_bridge.runs.run_choices import FOREVER_LIMIT_MB, RUNTIMES
 
@@ -58,6 +58,7 @@ Real-time runs cannot be repeated to the bit.
 Exit 0: the same to the bit; 1: a number differs; 2: it cannot be flown again."""
     verb.add_argument("folder", metavar="DIR", help="a folder that `run --log` wrote")
     add_interpreter_option(verb, "the logged one, while it is there")
+    add_loop_option(verb)
     verb.add_argument("--json", action="store_true", help="print JSON for a script")
 
 
@@ -79,6 +80,7 @@ def _add_flight(verb: ArgumentParser) -> None:
                       help="keep the log below this size by dropping its oldest part; 0 is no limit "
                       f"(default: {FOREVER_LIMIT_MB:g} with --forever, else none)")
     verb.add_argument("--status", action="store_true", help="print a status line for each second of flight")
+    add_loop_option(verb)
     add_plot_option(verb, "plot the flight", "NAME.png here, or in the run log's folder")
     verb.add_argument("--json", action="store_true", help="print the result as JSON")
 

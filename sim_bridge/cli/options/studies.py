@@ -2,7 +2,7 @@
 
 from argparse import ArgumentParser
 
-from sim_bridge.cli.option_types import add_interpreter_option, positive
+from sim_bridge.cli.option_types import add_interpreter_option, add_loop_option, positive
 from sim_bridge.cli.options.listings import add_json_option
 from sim_bridge.cli.plot_option import add_plot_option
 from sim_bridge.runs.run_choices import RUNTIMES
@@ -15,6 +15,7 @@ def add_paper_options(verb: ArgumentParser) -> None:
     verb.add_argument("--plant", choices=PLANTS, default=TURNING_RATE,
                       help=f"the plant to fly, with its own set of tether, eight and gains (default: {TURNING_RATE})")
     verb.add_argument("--force", action="store_true", help="overwrite existing figures")
+    add_loop_option(verb)
     add_json_option(verb)
 
 
@@ -28,6 +29,7 @@ def add_shadow_options(verb: ArgumentParser) -> None:
                       "(docs/flight-files.md; default: those of the public V3 flight)")
     verb.add_argument("--runtime", choices=RUNTIMES, default="cpython", help="default: cpython")
     add_interpreter_option(verb)
+    add_loop_option(verb)
     add_plot_option(verb, "plot the firmware's turning angle and the recorded one", "NAME-shadow.png here")
     add_json_option(verb)
 
@@ -40,6 +42,7 @@ def add_validate_options(verb: ArgumentParser) -> None:
     verb.add_argument("files", nargs="+", metavar="FLIGHT", help="two or more real flights, CSV or CSV.gz")
     verb.add_argument("--out", metavar="FILE.md", default="validation.md", help="the page (default: validation.md)")
     verb.add_argument("--force", action="store_true", help="overwrite an existing page")
+    add_loop_option(verb)
 
 
 def add_bench_options(verb: ArgumentParser) -> None:

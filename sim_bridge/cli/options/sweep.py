@@ -3,7 +3,7 @@
 from argparse import ArgumentParser
 
 from kite_analysis.verdicts import RULE
-from sim_bridge.cli.option_types import count, positive
+from sim_bridge.cli.option_types import add_loop_option, count, positive
 from sim_bridge.cli.plot_option import add_plot_option
 
 
@@ -34,5 +34,6 @@ def add_sweep_options(verb: ArgumentParser) -> None:
                       help="resume although other code flew the existing runs; the column `code` tells them apart")
     verb.add_argument("--jobs", type=count, metavar="N", help="number of processes (default: one per core)")
     verb.add_argument("--scheduler", metavar="tcp://HOST:PORT", help="fly on the workers of this Dask scheduler")
+    add_loop_option(verb)
     add_plot_option(verb, "plot the first two axes, with the limits from theory", "the CSV's name, .png")
     verb.add_argument("--json", action="store_true", help="print a summary as JSON")
