@@ -9,8 +9,6 @@ from typing import Any
 from kite_analysis.plots import plot_flight
 from kite_analysis.verdicts import UNSTABLE_TURNING_ANGLE
 from protocol.modes import mode_name
-from sim_bridge.bench.in_process import bench as measure_speed
-from sim_bridge.bench.micropython import bench_micropython
 from sim_bridge.cli.notes import notice, say
 from sim_bridge.cli.plot_option import plot_path, save_plot
 from sim_bridge.cli.progress import FlightProgress
@@ -19,8 +17,8 @@ from sim_bridge.errors import ScenarioError
 from sim_bridge.flight.flight import Flight
 from sim_bridge.flight.judgement import MODE_UNKNOWN
 from sim_bridge.runs.hardware_in_the_loop import fly_board
-from sim_bridge.runs.run import ONLY_MICROPYTHON, RunOptions, RunResult, run_scenario
-from sim_bridge.scenario.scenario import Scenario, load_scenario
+from sim_bridge.runs.run import RunOptions, RunResult, run_scenario
+from sim_bridge.scenario.scenario import Scenario
 from sim_bridge.studies.paper import make_paper
 from sim_bridge.studies.shadow_flight import fly_shadow, plot_shadow
 
@@ -135,38 +133,6 @@ def shadow(options: Namespace) -> int:
           f"{'up' if eight.direction > 0 else 'down'} through the middle")
     if plot:
         print(f"plot: {plot}")
-    return 0
-
-
-def bench(options: Namespace) -> int:
-    """`kite-sitl bench`."""
-    if options.runtime == "micropython":
-        return _bench_micropython(options)
-    if options.interpreter:
-        raise ScenarioError(ONLY_MICROPYTHON)
-    numbers = measure_speed(options.scenario or "paper-delay-tuned", options.duration or 60.0, notice)
-    if options.json:
-        print(json.dumps(numbers))
-        return 0
-    print(f"{numbers['scenario']} in-process: {numbers['real_time_factor']:.0f} times real time, "
-          f"{numbers['firmware_tick_us']:.1f} us per firmware tick, {numbers['plant_step_us']:.1f} us per plant step")
-    return 0
-
-
-def _bench_micropython(options: Namespace) -> int:
-    numbers = bench_micropython(load_scenario(options.scenario or "small-kite"), options.duration or 600.0,
-                                options.interpreter)
-    if options.json:
-        print(json.dumps(numbers))
-        return 0
-    print(f"{numbers['scenario']} under MicroPython, {numbers['ticks']} ticks in flight with telemetry:")
-    half = " (half on a board)" if numbers["word_bytes"] == 8 else ""
-    print(f"  a tick: {numbers['bytes_per_tick']:.0f} bytes, {numbers['bytes_per_tick_worst']} worst{half}; "
-          f"{numbers['us_per_tick']:.0f} us, {numbers['us_per_tick_worst']} worst, on this machine")
-    print(f"  at most {numbers['float_results_worst_at_most']:.0f} float results (docs/boards.md: a tick on a board)")
-    print(f"  heap: {numbers['free_after_import']} bytes free after import; {numbers['free_lost_bytes']} lost flying")
-    print(f"  collector: {numbers['collector_pause_worst_us']} us worst, on this machine; "
-          f"firmware as .mpy: {numbers['mpy_bytes']} bytes")
     return 0
 
 

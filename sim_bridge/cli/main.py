@@ -34,6 +34,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     words = sys.argv[1:] if arguments is None else arguments
     options = build_parser().parse_args(leave_words_to_others(words))
+    # Matrices here are small: threads that wait for a share of one would take the cores from flights, and double a
+    # sweep's time.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # end as cleanly as on Ctrl-C
     if hasattr(options, "interpreted") and (problem := choose_loop(options.interpreted)):
         notice(problem)

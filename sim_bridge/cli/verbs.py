@@ -18,7 +18,7 @@ VERBS = (
     Verb("shadow", "run the firmware as the shadow of a real flight",
          f"{_OPTIONS}.studies:add_shadow_options", f"{_ACTIONS}:shadow"),
     Verb("bench", "measure the speed of the loop on this machine",
-         f"{_OPTIONS}.studies:add_bench_options", f"{_ACTIONS}:bench"),
+         f"{_OPTIONS}.studies:add_bench_options", "sim_bridge.cli.bench:bench"),
     Verb("sweep", "fly a scenario many times, over a grid or a random sample",
          f"{_OPTIONS}.sweep:add_sweep_options", "sim_bridge.cli.sweep:sweep_command"),
     Verb("validate",

@@ -12,7 +12,7 @@ from sim_bridge.flight.flight import Flight
 from sim_bridge.flight.plant_choice import warm_up
 from sim_bridge.links.ground_path import GroundLink, GroundSocket
 from sim_bridge.native.choice import loop_in_use
-from sim_bridge.runs.run_choices import FOREVER_LIMIT_MB
+from sim_bridge.runs.run_choices import FOREVER_LIMIT_MB, ONLY_MICROPYTHON
 from sim_bridge.runs.run_log import RunLog
 from sim_bridge.runtimes.inproc import InprocRuntime
 from sim_bridge.runtimes.interface import Runtime
@@ -20,8 +20,6 @@ from sim_bridge.runtimes.interpreter import find_interpreter, micropython_comman
 from sim_bridge.runtimes.process import ProcessRuntime
 from sim_bridge.runtimes.real_time import HilRuntime, RealTimeRuntime
 from sim_bridge.scenario.scenario import Scenario
-
-ONLY_MICROPYTHON = "--interpreter: only --runtime micropython has one"
 
 
 @dataclass

@@ -2,7 +2,7 @@
 
 from argparse import ArgumentParser
 
-from sim_bridge.cli.option_types import add_interpreter_option, add_loop_option, positive
+from sim_bridge.cli.option_types import add_interpreter_option, add_loop_option, count, positive
 from sim_bridge.cli.options.listings import add_json_option
 from sim_bridge.cli.plot_option import add_plot_option
 from sim_bridge.runs.run_choices import RUNTIMES
@@ -47,11 +47,26 @@ def add_validate_options(verb: ArgumentParser) -> None:
 
 def add_bench_options(verb: ArgumentParser) -> None:
     """Options of `bench`."""
+    verb.description = (
+        "Measure how fast scenarios fly in this process: the compiled loop beside the interpreted one, in turns, with\n"
+        "the median and the spread of their flights. With --runtime micropython: memory and time of a tick.")
+    verb.epilog = (
+        "examples:\n"
+        "  kite-sitl bench\n"
+        "  kite-sitl bench --scenario v3-flight --runs 15\n"
+        "  kite-sitl bench --before ../kitepilot-of-last-month --out docs/speed.md --force\n"
+        "  kite-sitl bench --runtime micropython")
     verb.add_argument("--runtime", choices=("inproc", "micropython"), default="inproc",
                       help="inproc: simulation speed; micropython: memory and time of a tick (default: inproc)")
     add_interpreter_option(verb)
     verb.add_argument("--scenario", metavar="NAME",
-                      help="scenario to fly (default: paper-delay-tuned; small-kite for micropython)")
+                      help="scenario to fly (default: six of all plants; small-kite for micropython)")
     verb.add_argument("--duration", type=positive, metavar="S",
                       help="simulated seconds (default: 60; 600 for micropython)")
+    verb.add_argument("--runs", type=count, default=5, metavar="N",
+                      help="flights with each loop, 5 or more (default: 5)")
+    verb.add_argument("--before", metavar="DIR",
+                      help="compare with the interpreted loop of another checkout, too, with a .venv of its own")
+    verb.add_argument("--out", metavar="FILE.md", help="also write the table as a page, such as docs/speed.md")
+    verb.add_argument("--force", action="store_true", help="overwrite an existing page")
     add_json_option(verb)

@@ -8,18 +8,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from kite_analysis.console.tables import table, with_std
 from kite_analysis.flights.description import FlightDataError
 from kite_analysis.flights.reader import read_record
 from kite_analysis.flights.record import FlightRecord
 from kite_analysis.identification.turning_rate_fit import LawFit, identify_law
-from sim_bridge.bench.in_process import bench
 from sim_bridge.errors import FirmwareError, ScenarioError
 from sim_bridge.runs.run import RunOptions, run_scenario
 from sim_bridge.scenario.keys import plants_that_know
 from sim_bridge.scenario.plant_names import PLANTS
 from sim_bridge.scenario.scenario import Scenario, load_scenario
 from sim_bridge.studies.paper import paper_flights
-from sim_bridge.studies.validation.tables import table, with_std
 
 Notice = Callable[[str], None]
 FAMILY = "small-kite"
@@ -81,8 +80,7 @@ def closed_loop_table(notice: Notice) -> str:
             scenario.set("run.duration_s", 120.0, name)
             numbers = run_scenario(scenario, RunOptions(), notice=notice).numbers
             cells.append(f"{numbers['verdict']}, {math.degrees(numbers['cross_track_rms_rad']):.2f}")
-        speed = bench(name, 30.0, notice)["real_time_factor"]
-        rows.append([*cells, f"{speed:.0f}"])
+        rows.append([*cells, f"{numbers['real_time_factor']:.0f}"])
         notice(f"{name}: flown in steady and in turbulent wind")
     return table(("plant", "set", "steady wind [deg RMS]", "turbulence 0.15 [deg RMS]", "times real time"), rows)
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 
+from kite_analysis.console.tables import table, with_std
 from kite_analysis.flights.record import FlightRecord
 from kite_analysis.identification.actuator_fit import identify_actuator
 from kite_analysis.identification.eight_spread import eight_spread
@@ -10,7 +11,6 @@ from kite_analysis.identification.heading_prediction import cross_predictions
 from kite_analysis.identification.turning_rate_fit import identify_law, score
 from sim_bridge.runs.run import RunOptions, run_scenario
 from sim_bridge.scenario.scenario import Scenario, load_scenario
-from sim_bridge.studies.validation.tables import table, with_std
 
 _LIMITS_DEG = {("actual", 2.0): 5.5, ("actual", 5.0): 11.0, ("commanded", 2.0): 7.0, ("commanded", 5.0): 13.0}
 _TURBULENCE = 0.15
