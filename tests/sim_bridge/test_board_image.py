@@ -16,7 +16,10 @@ from sim_bridge.errors import BoardError
 from sim_bridge.runtimes.interpreter import micropython_command
 
 ROOT = Path(__file__).parent.parent.parent
-FIRMWARE = sorted(str(path.with_suffix("").relative_to(ROOT)) for path in (ROOT / "firmware_py").rglob("*.py"))
+TYPES = {f"firmware_py/{name}" for name in (  # alone: no board needs them
+    "control/interface", "drivers/interface", "mavlink/interface", "sample", "transports/interface")}
+SOURCES = {str(path.with_suffix("").relative_to(ROOT)) for path in (ROOT / "firmware_py").rglob("*.py")}
+FIRMWARE = sorted(SOURCES - TYPES)
 SERVED = [str(path.relative_to(ROOT)) for path in (ROOT / "firmware_py").rglob("*.json")]
 needs_micropython = pytest.mark.skipif(not micropython_command(), reason="needs MicroPython's unix port")
 
