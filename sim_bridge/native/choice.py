@@ -41,14 +41,25 @@ def choose_loop(interpreted: bool = False) -> str | None:
         return None
     if any(name in sys.modules for name in MODULES):
         return None
-    try:
-        about = json.loads(ABOUT.read_text("utf-8"))
-        misfit, files = _misfit(about), about["modules"]
-    except (OSError, ValueError, KeyError) as error:
-        misfit, files = f"cannot be read ({error})", {}
+    misfit = misfit_of_build()
     if misfit is not None:
         return f"the compiled loop {misfit}: flying interpreted; `make compiled` builds it anew"
-    sys.meta_path.insert(0, _Finder(files))
+    sys.meta_path.insert(0, _Finder(json.loads(ABOUT.read_text("utf-8"))["modules"]))
+    return None
+
+
+def misfit_of_build() -> str | None:
+    """Why the build that there is cannot be used here, to go on after "the compiled loop"; None if it can."""
+    try:
+        about = json.loads(ABOUT.read_text("utf-8"))
+        sources, suffix, _ = about["sources"], about["suffix"], about["modules"]
+    except (OSError, ValueError, KeyError) as error:
+        return f"cannot be read ({error!r})"
+    if suffix != sysconfig.get_config_var("EXT_SUFFIX"):
+        return "is for another Python"
+    for file, digest in sources.items():
+        if not (ROOT / file).exists() or digest_of(file) != digest:
+            return f"is of other sources ({file} has changed)"
     return None
 
 
@@ -61,13 +72,3 @@ def loop_in_use() -> str:
 def digest_of(file: str) -> str:
     """Fingerprint of a source file, whose name is relative to the packages' folder."""
     return hashlib.sha256((ROOT / file).read_bytes()).hexdigest()
-
-
-def _misfit(about: dict[str, Any]) -> str | None:
-    """Why the build does not fit what is here, or None."""
-    if about["suffix"] != sysconfig.get_config_var("EXT_SUFFIX"):
-        return "is for another Python"
-    for file, digest in about["sources"].items():
-        if not (ROOT / file).exists() or digest_of(file) != digest:
-            return f"is of other sources ({file} has changed)"
-    return None
