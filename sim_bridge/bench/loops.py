@@ -49,7 +49,8 @@ class _Flyer:
     def __init__(self, loop: str, python: str = sys.executable, folder: Path = ROOT):
         self._process = subprocess.Popen(
             [python, "-c", _FLYER.read_text("utf-8"), COMPILED if loop == COMPILED else INTERPRETED], cwd=folder,
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self._folder = folder
         started = self._read()
         self.problem = started["problem"]
         self.loop = started["loop"]
@@ -78,7 +79,9 @@ class _Flyer:
         assert self._process.stdout is not None
         line = self._process.stdout.readline()
         if not line:
-            raise ScenarioError(f"the process that flies ended with status {self._process.wait()}")
+            _, said = self._process.communicate()
+            *_, last = ["nothing said", *said.strip().splitlines()]
+            raise ScenarioError(f"{self._folder}: its process ended: {last}")
         return json.loads(line)
 
 

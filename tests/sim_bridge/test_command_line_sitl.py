@@ -16,7 +16,7 @@ from protocol import dialect
 from sim_bridge.cli.main import main
 
 KEYS = {
-    "scenario", "plant", "runtime", "seed", "sim_s", "wall_s", "real_time_factor", "cross_track_rms_rad",
+    "scenario", "plant", "runtime", "loop", "seed", "sim_s", "wall_s", "real_time_factor", "cross_track_rms_rad",
     "cross_track_max_rad", "turning_angle_rms_rad", "steering_rms", "saturated_fraction", "verdict", "trouble", "ticks",
     "overruns",
 }
