@@ -8,7 +8,7 @@ Magnus' series for a turning rate that changes: exact for constant steering, of 
 
 from math import sin
 
-from ..clock import ticks_diff
+from ..clock import HALF, MASK
 from ..generated_enums import KITE_VALID_STEERING
 from ..parameters.generated_parameters import (
     AIRSPEED_MIN,
@@ -93,14 +93,16 @@ class Prediction:
     def note_sample(self, kite: "Estimator", now: int) -> None:
         """The `kite`, an estimate, has taken a sample in the tick that was due at `now`."""
         config = self.config
-        age = ticks_diff(now, kite.sample_time)
+        age = ((now - kite.sample_time + HALF) & MASK) - HALF
         late = age - self._usual_age
-        if not self._samples or abs(late) > config.stale_us:  # the first, or the sender's clock was set
+        samples = self._samples
+        if not samples or late > config.stale_us or -late > config.stale_us:  # the first, or the sender's clock was set
             self._usual_age = age
             self._samples = 1
         else:
-            self._samples = min(self._samples + 1, _SAMPLES)
-            self._usual_age += (late + self._samples // 2) // self._samples
+            if samples < _SAMPLES:
+                samples = self._samples = samples + 1
+            self._usual_age += (late + samples // 2) // samples
         if not config.delay_us:
             self._followed = False
             return
@@ -141,7 +143,7 @@ class Prediction:
         """Take the actuator's model to the sample's time; return the fraction of a tick and the ticks sent since."""
         config = self.config
         period = config.period_us
-        horizon = config.delay_us + ticks_diff(now, kite.sample_time) - self._usual_age
+        horizon = config.delay_us + ((now - kite.sample_time + HALF) & MASK) - HALF - self._usual_age
         if horizon < 0:
             horizon = 0
         elif horizon > (ROOM - 1) * period:
