@@ -126,4 +126,7 @@ def _still_turning(kite: "Kite", needed: float) -> float:
     It goes from the `steered_turning` that it makes to `needed` [rad/s of the nose] at its `turning_slew`.
     """
     surplus = kite.steered_turning - needed
-    return max(-pi, min(pi, 0.5 * surplus * abs(surplus) / (kite.turning_slew * kite.turning_ratio)))
+    turned = 0.5 * surplus * (surplus if surplus > 0.0 else -surplus) / (kite.turning_slew * kite.turning_ratio)
+    if turned < -pi:
+        return -pi
+    return turned if turned < pi else pi
