@@ -126,13 +126,13 @@ class Autopilot:
     def _whole_ticks(self, elapsed_us: int) -> int:
         """Periods that went by with this tick, 1 at least; what is left of a period counts with the next."""
         period_us = self.period_us
-        behind_us = self._behind_us + elapsed_us
-        if behind_us > period_us * ROOM:
-            behind_us = period_us * ROOM
-        ticks = (behind_us + period_us // 2) // period_us
-        if ticks < 1:
-            ticks = 1
-        behind_us -= ticks * period_us
+        behind_us = self._behind_us + elapsed_us - period_us
+        ticks = 1
+        if behind_us >= period_us - period_us // 2:
+            if behind_us > period_us * (ROOM - 1):
+                behind_us = period_us * (ROOM - 1)
+            ticks += (behind_us + period_us // 2) // period_us
+            behind_us -= (ticks - 1) * period_us
         self._behind_us = behind_us if behind_us > -period_us else -period_us
         return ticks
 

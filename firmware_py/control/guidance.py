@@ -6,7 +6,7 @@ J. H. Baayen, "Trajectory tracking control of kites with system delay" (2012), s
 from math import atan, atan2, cos, pi, sin, sqrt
 
 from ..parameters.generated_parameters import FF_FILTER
-from ..sphere import wrap
+from ..sphere import TWO_PI, wrap
 from .figure_eight import CurvePoint
 
 TYPE_CHECKING = False
@@ -111,7 +111,10 @@ class Guidance:
         self.path_parameter = before + self._pace  # so near that the search has little to do
         self._close = _CLOSE_EACH_TICK
         same = self.running
-        self._find(kite.frame)
+        if same and self._candidate is None:
+            self._go_to_nearest(kite.frame)
+        else:
+            self._find(kite.frame)
         self._pace = wrap(self.path_parameter - before) if same and self.running else 0.0
         self._aim(kite.frame, gains.gain_l)
         self.running = True
@@ -215,6 +218,7 @@ class Guidance:
         self._along = atan2(tangent_across, tangent_up)
         self._side = side
         self._cosine = cosine
-        self.target_course = wrap(self._along + atan(gain * side))
+        target_course = (self._along + atan(gain * side)) % TWO_PI
+        self.target_course = target_course - TWO_PI if target_course > pi else target_course
         distance = atan2(sqrt(up * up + across * across), cosine)
         self.cross_track = distance if side >= 0.0 else -distance

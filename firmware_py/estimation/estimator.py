@@ -22,7 +22,7 @@ from ..parameters.generated_parameters import (
     SPEED_MIN,
     STALE_TIME,
 )
-from ..sphere import TangentFrame, wrap
+from ..sphere import TWO_PI, TangentFrame, wrap
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -215,7 +215,9 @@ class Estimator:
         if not 0 < span_us <= age_us + _AHEAD_US:
             return False
         most = self.config.jump_rate * span_us * 1e-6 + _SLACK
-        if abs(to_azimuth - azimuth) + abs(to_elevation - elevation) <= most:  # no distance is longer than that
+        aside = to_azimuth - azimuth
+        above = to_elevation - elevation
+        if (aside if aside > 0.0 else -aside) + (above if above > 0.0 else -above) <= most:  # no distance is longer
             return True
         return distance(azimuth, elevation, to_azimuth, to_elevation) <= most
 
@@ -224,7 +226,9 @@ class Estimator:
         config = self.config
         _, azimuth, elevation, line, _, heading, airspeed, tether_force, steering, valid = sample
         self.valid = valid
-        azimuth_step = wrap(azimuth - self.azimuth)
+        azimuth_step = (azimuth - self.azimuth) % TWO_PI
+        if azimuth_step > pi:
+            azimuth_step -= TWO_PI
         self.azimuth = azimuth
         self.elevation = elevation
         self.distance = line if valid & KITE_VALID_DISTANCE else config.line_length
@@ -289,15 +293,16 @@ class Estimator:
         span = (((sample_time - self._times[index] + HALF) & MASK) - HALF) * 1e-6
         x = self._xs[index]
         y = self._ys[index]
-        up = frame.up(x, y, self._zs[index])
-        across = frame.across(x, y)
+        up = frame.e1x * x + frame.e1y * y + frame.e1z * self._zs[index]
+        across = frame.e2x * x + frame.e2y * y
         length = sqrt(up * up + across * across)
         self.speed = length * self.distance / span
         if length > _STANDING:
             chord = atan2(-across, -up)
             if newest > 1:
                 interval = self.interval
-                rate = wrap(chord - self._chord + self.meridian_turning) / interval
+                turned = (chord - self._chord + self.meridian_turning) % TWO_PI
+                rate = (turned - TWO_PI if turned > pi else turned) / interval
                 self._turning += (rate - self._turning) * interval / (interval + config.course_window)
             self._chord = chord
         self._span = span

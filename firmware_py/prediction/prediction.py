@@ -6,7 +6,7 @@ circle. The path consists of a few arcs. The rotation vector of each is that of 
 Magnus' series for a turning rate that changes: exact for constant steering, of fourth order else.
 """
 
-from math import sin
+from math import pi, sin
 
 from ..clock import HALF, MASK
 from ..generated_enums import KITE_VALID_STEERING
@@ -20,7 +20,7 @@ from ..parameters.generated_parameters import (
     STALE_TIME,
     TURN_OFFSET,
 )
-from ..sphere import TangentFrame, wrap
+from ..sphere import TWO_PI, TangentFrame
 from .body_rotation import BodyRotation
 from .drift import Drift
 from .steering_history import ONE, ROOM
@@ -135,7 +135,8 @@ class Prediction:
         turned = self._fly(kite, partial, ticks, _TAIL + _TAIL * late_us / self.config.period_us, turn_k)
         frame = self.frame
         self.heading = self._rotation.carry(kite.frame, kite.heading, frame)
-        self.course = wrap(self.heading + drift.end(turned))
+        course = (self.heading + drift.end(turned)) % TWO_PI
+        self.course = course - TWO_PI if course > pi else course
         self.speed = drift.speed
         self.turning_ratio = drift.turning_ratio
 
@@ -183,6 +184,9 @@ class Prediction:
             airspeed = config.airspeed_min
         gravity = config.gravity_c / airspeed * kite.frame.e1z if config.gravity_c else 0.0
         offset = config.turn_offset
+        blown = drift.blown
+        forward = drift.forward
+        sideways = drift.sideways
         turned = 0.0
         rotation.begin()
         for left in range(arcs, 0, -1):
@@ -199,10 +203,10 @@ class Prediction:
             mean = turned + 0.5 * turn - turn_moment / length  # turned so far, over the arc
             if gravity:
                 turn += gravity * length * sin(kite.heading + mean)
-            if drift.blown:
+            if blown:
                 drift.turn(mean)
-            forward = drift.forward
-            sideways = drift.sideways
+                forward = drift.forward
+                sideways = drift.sideways
             rotation.turn(turn, forward * turn_moment - sideways * length, forward * length + sideways * turn_moment)
             turned += turn
         full = turn_k * airspeed  # with the airspeed that is steered by

@@ -103,17 +103,15 @@ class SteeringHistory:
             if done < ticks and not self._on_model:
                 beside = self.position - self._felt[self._next & _INDEX]
         while done < ticks:
-            size = ticks - done
-            if size > _STRETCH:
-                size = _STRETCH
+            size = ticks - done if ticks - done < _STRETCH else _STRETCH
             start = self._next & _INDEX
-            self._next += size
-            if self._next == self._count:
+            end = self._next = self._next + size
+            if end == self._count:
                 here = self._sum
                 of_sums = self._sum_of_sums
                 self.position = self._model + beside
             else:
-                end = self._next & _INDEX
+                end &= _INDEX
                 here = self._sums[end]
                 of_sums = self._sums_of_sums[end]
                 self.position = self._felt[end] + beside
@@ -123,8 +121,10 @@ class SteeringHistory:
             of_sums = ((of_sums - self._sums_of_sums[start] + _HALF_SUM) & _SUM) - _HALF_SUM
             of_sums -= size * (there & 0x7FFF) + ((size * (there >> 15) & 0x7FFF) << 15)  # size * there, in 30 bits
             inside = size * stretch - (((of_sums + _HALF_SUM) & _SUM) - _HALF_SUM)
-            stretch += beside * size
-            moment += done * stretch + inside + beside * (size * (size - 1) >> 1)
+            if beside:
+                stretch += beside * size
+                inside += beside * (size * (size - 1) >> 1)
+            moment += done * stretch + inside
             total += stretch
             done += size
         length = ticks + tail
@@ -185,20 +185,25 @@ class SteeringHistory:
         return left >= beside if self._limited > 0 else left <= beside
 
     def _push(self, asked: int) -> None:
-        index = self._count & _INDEX
+        count = self._count
+        index = count & _INDEX
+        per_tick = self._per_tick
+        total = self._sum
+        of_sums = self._sum_of_sums
+        before = self.position = self._model
         self._asked[index] = asked
-        self._felt[index] = before = self.position = self._model
-        self._sums[index] = self._sum
-        self._sums_of_sums[index] = self._sum_of_sums
-        mean = self._follow(index, self._per_tick)
-        self._model = self.position
-        total = self._sum = ((self._sum + mean + _HALF_SUM) & _SUM) - _HALF_SUM
-        self._sum_of_sums = ((self._sum_of_sums + total - self._inner + _HALF_SUM) & _SUM) - _HALF_SUM
-        self._count = (self._count + 1) & _COUNTER
-        way = self._model - before
-        if way == self._per_tick:
+        self._felt[index] = before
+        self._sums[index] = total
+        self._sums_of_sums[index] = of_sums
+        mean = self._follow(index, per_tick)
+        after = self._model = self.position
+        total = self._sum = ((total + mean + _HALF_SUM) & _SUM) - _HALF_SUM
+        self._sum_of_sums = ((of_sums + total - self._inner + _HALF_SUM) & _SUM) - _HALF_SUM
+        self._count = (count + 1) & _COUNTER
+        way = after - before
+        if way == per_tick:
             self._limited = self._limited + 1 if self._limited > 0 else 1
-        elif way == -self._per_tick:
+        elif way == -per_tick:
             self._limited = self._limited - 1 if self._limited < 0 else -1
         else:
             self._limited = 0

@@ -2,7 +2,7 @@
 
 from math import cos, sin
 
-from ..clock import HALF, MASK, ticks_add, ticks_diff
+from ..clock import HALF, MASK, ticks_add
 from ..generated_enums import (
     KITE_MODE_STANDBY,
     KITE_STATUS_COASTING,
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from ..mavlink.interface import Link
 
 _SECOND = 1000000  # type: Final
+_TWO_SECONDS = 2000000  # type: Final
 _TEXTS = 8  # type: Final  # texts kept until they can be sent
 _GEOFENCE = 1 << 20  # type: Final  # reported healthy: a ground station otherwise warns of a breach
 _U16 = 65535  # type: Final
@@ -94,7 +95,7 @@ class Telemetry:
         autopilot = self._autopilot
         mode = autopilot.modes.mode
         changed = self._mode != mode
-        beats = not 0 < ((heartbeat_due - now + HALF) & MASK) - HALF <= 2 * _SECOND  # see _is_due
+        beats = not 0 < ((heartbeat_due - now + HALF) & MASK) - HALF <= _TWO_SECONDS  # see _time_left
         if beats:
             self._heartbeat_due = ticks_add(now, _SECOND)
         if beats or changed:
@@ -138,14 +139,14 @@ class Telemetry:
             if not period:
                 due[index] = now
                 continue
-            if _is_due(due[index], period, now):
+            left_us = _time_left(due[index], period, now)
+            if not left_us:
                 due[index] = _next_due(due[index], period, now)
+                left_us = _time_left(due[index], period, now)
                 if budget.claim_room():
                     self.send(_STREAMS[index], now, uptime_us)
-            if index != _OF_STATE:
-                left_us = 0 if _is_due(due[index], period, now) else ticks_diff(due[index], now)
-                if left_us < quiet_us:
-                    quiet_us = left_us
+            if left_us < quiet_us and index != _OF_STATE:
+                quiet_us = left_us
         self._looked = now
         self._quiet_us = quiet_us
 
@@ -156,7 +157,7 @@ class Telemetry:
         period = self._periods[_OF_STATE]
         if budget.is_crowded():
             period <<= 1
-        if not 0 < ((due - now + HALF) & MASK) - HALF <= period + _SECOND:  # see _is_due
+        if not 0 < ((due - now + HALF) & MASK) - HALF <= period + _SECOND:  # see _time_left
             self._due[_OF_STATE] = _next_due(due, period, now)
             if budget.claim_room():
                 self._send_state(now)
@@ -278,9 +279,10 @@ class Telemetry:
         )
 
 
-def _is_due(due: int, period: int, now: int) -> bool:
-    """True from `due` on, and where that lies further ahead than it can: the clock has jumped."""
-    return not 0 < ticks_diff(due, now) <= period + _SECOND
+def _time_left(due: int, period: int, now: int) -> int:
+    """Time until `due` [us]; 0 from then on, and where that lies further ahead than it can: the clock has jumped."""
+    left_us = ((due - now + HALF) & MASK) - HALF
+    return left_us if 0 < left_us <= period + _SECOND else 0
 
 
 def _next_due(due: int, period: int, now: int) -> int:
