@@ -272,7 +272,8 @@ class Estimator:
         sample_time = self.sample_time
         newest = self._count
         index = newest & _INDEX
-        self._times[index] = sample_time
+        times = self._times
+        times[index] = sample_time
         self._xs[index] = frame.x
         self._ys[index] = frame.y
         self._zs[index] = frame.z
@@ -285,12 +286,12 @@ class Estimator:
         if oldest < newest - _INDEX:
             oldest = newest - _INDEX
         while oldest < newest - 1:  # leave behind what the window does not need
-            if ((sample_time - self._times[(oldest + 1) & _INDEX] + HALF) & MASK) - HALF < config.window_us:
+            if (sample_time - times[(oldest + 1) & _INDEX]) & MASK < config.window_us:
                 break
             oldest += 1
         self._oldest = oldest
         index = oldest & _INDEX
-        span = (((sample_time - self._times[index] + HALF) & MASK) - HALF) * 1e-6
+        span = ((sample_time - times[index]) & MASK) * 1e-6
         x = self._xs[index]
         y = self._ys[index]
         up = frame.e1x * x + frame.e1y * y + frame.e1z * self._zs[index]

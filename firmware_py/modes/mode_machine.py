@@ -116,8 +116,6 @@ class ModeMachine:
 
         `missing`: no accepted sample was fresh enough when this tick began. `fresh`: it has brought one.
         """
-        silence_us = self._manual_silence_us + elapsed_us
-        self._manual_silence_us = silence_us if silence_us < _FOREVER_US else _FOREVER_US
         silence_us = self._station_silence_us + elapsed_us
         self._station_silence_us = silence_us if silence_us < _FOREVER_US else _FOREVER_US
         fresh_us = self._fresh_us
@@ -131,8 +129,8 @@ class ModeMachine:
         if missing or self.stale:
             self._watch_samples(missing, fresh)
         values = self._values
-        if self.mode == KITE_MODE_MANUAL and self._manual_silence_us > int(values[MANUAL_TIME] * 1e6):
-            self._park("no MANUAL_CONTROL")
+        if self.mode == KITE_MODE_MANUAL:
+            self._watch_pilot(elapsed_us, int(values[MANUAL_TIME] * 1e6))
         limit_s = values[GCS_LOST_TIME]
         if limit_s and self._station_heard:
             self._watch_station(int(limit_s * 1e6))
@@ -152,6 +150,11 @@ class ModeMachine:
             self.stale = False
             goes_on = self.mode != KITE_MODE_TRACK or self._values[RESUME_TRACK]
             self._enter(self.mode if goes_on else KITE_MODE_PARK, "samples fresh again")
+
+    def _watch_pilot(self, elapsed_us: int, limit_us: int) -> None:
+        self._manual_silence_us = min(self._manual_silence_us + elapsed_us, _FOREVER_US)
+        if self._manual_silence_us > limit_us:
+            self._park("no MANUAL_CONTROL")
 
     def _watch_station(self, limit_us: int) -> None:
         """A silence acts once; a station that is heard again begins another."""

@@ -96,7 +96,7 @@ class Flight:
         for sent_s, steering in output.steering:
             self._up.send(sent_s, (sent_s, steering), STEERING_BYTES)
         heard = self._tell_stations(time_s, output.frames) if self._ground else []
-        self._judge.hear(time_s, output, len(self.truth))
+        self._judge.hear(time_s, output, tick if flying else 0)
         if output.state is not None:
             self._state = output.state
             self.overruns = output.state.overruns
@@ -119,7 +119,8 @@ class Flight:
 
     def fly(self, until_s: float) -> None:
         """Step until `until_s`, or until the kite crashes."""
-        while self.tick * self.period_s < until_s - 1e-9 and not self.plant.trouble:
+        until_s -= 1e-9
+        while self.tick * self.period_s < until_s and not self.plant.trouble:
             self.step()
 
     @property
