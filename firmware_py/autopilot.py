@@ -1,6 +1,6 @@
 """One tick of the control loop: sample -> estimate -> outer loop -> inner loop -> actuator -> link."""
 
-from .clock import ticks_since
+from .clock import MASK
 from .control.figure_eight import FigureEight
 from .control.gains import Gains
 from .control.guidance import Guidance
@@ -91,24 +91,30 @@ class Autopilot:
 
         The steering is left with the link.
         """
-        elapsed_us = 0 if self._last_tick is None else ticks_since(now, self._last_tick)
-        self._uptime_us += elapsed_us
-        self.link.budget.refill(elapsed_us)
+        last_tick = self._last_tick
+        elapsed_us = 0 if last_tick is None else (now - last_tick) & MASK
         self._last_tick = now
+        self._elapsed_us = elapsed_us
+        uptime_us = self._uptime_us = self._uptime_us + elapsed_us
+        link = self.link
+        link.budget.refill(elapsed_us)
         if self._loaded != self.parameters.version:
             self._load_parameters()
-        missing = self.kite.wait(elapsed_us)  # a gap that ends in this tick was one all the same
+        kite = self.kite
+        steering = self.steering
+        missing = kite.wait(elapsed_us)  # a gap that ends in this tick was one all the same
         sample = self.inbox.take_sample()
-        fresh = sample is not None and self.kite.take(sample, self.steering.asked, self.gains.turn_k)
+        fresh = sample is not None and kite.take(sample, steering.asked, self.gains.turn_k)
         self.modes.update(elapsed_us, missing, fresh)
+        due = now - late_us
         if fresh:
-            self._learn(now - late_us)
-        self._steer(fresh, now - late_us, late_us)
-        self.history.note(self.steering.asked, self._whole_ticks(elapsed_us))
-        self._controls[_UPTIME] = self._uptime_us
-        self._controls[_STEERING] = self.steering.asked
-        self.link.send(HIL_ACTUATOR_CONTROLS, self._controls)
-        self._elapsed_us = elapsed_us
+            self._learn(due)
+        self._steer(fresh, due, late_us)
+        self.history.note(steering.asked, self._whole_ticks(elapsed_us))
+        controls = self._controls
+        controls[_UPTIME] = uptime_us
+        controls[_STEERING] = steering.asked
+        link.send(HIL_ACTUATOR_CONTROLS, controls)
 
     def serve(self, now: int) -> None:
         """The second half: what was asked, what is to be kept, and what is told."""
@@ -119,9 +125,15 @@ class Autopilot:
 
     def _whole_ticks(self, elapsed_us: int) -> int:
         """Periods that went by with this tick, 1 at least; what is left of a period counts with the next."""
-        behind_us = min(self._behind_us + elapsed_us, self.period_us * ROOM)
-        ticks = max(1, (behind_us + self.period_us // 2) // self.period_us)
-        self._behind_us = max(behind_us - ticks * self.period_us, -self.period_us)
+        period_us = self.period_us
+        behind_us = self._behind_us + elapsed_us - period_us
+        ticks = 1
+        if behind_us >= period_us - period_us // 2:
+            if behind_us > period_us * (ROOM - 1):
+                behind_us = period_us * (ROOM - 1)
+            ticks += (behind_us + period_us // 2) // period_us
+            behind_us -= (ticks - 1) * period_us
+        self._behind_us = behind_us if behind_us > -period_us else -period_us
         return ticks
 
     def _load_parameters(self) -> None:
@@ -141,28 +153,35 @@ class Autopilot:
 
     def _learn(self, now: int) -> None:
         """Let what adapts in flight see a new sample, in the tick that was due at `now`."""
-        self.prediction.note_sample(self.kite, now)
-        self.turn_k.take(self.kite, self.prediction.steering_at_sample(self.kite, now))
-        self.gains.update(self.kite, self.turn_k)
+        kite = self.kite
+        prediction = self.prediction
+        turn_k = self.turn_k
+        prediction.note_sample(kite, now)
+        turn_k.take(kite, prediction.steering_at_sample(kite, now))
+        self.gains.update(kite, turn_k)
 
     def _steer(self, fresh: bool, now: int, late_us: int) -> None:
         """Let the mode's law steer, in the tick that was due at `now`."""
-        kite: "Kite" = self.kite
+        estimate = self.kite
+        kite: "Kite" = estimate
+        modes = self.modes
+        guidance = self.guidance
+        prediction = self.prediction
         gains = self.gains
-        mode = self.modes.mode
-        dt = self.period_us * 1e-6
-        predicted = self.prediction.config.delay_us and not self.modes.stale and mode in _STEERED
+        mode = modes.mode
+        predicted = prediction.config.delay_us and not modes.stale and mode in _STEERED
         if predicted:
-            kite = self.prediction
-            self.prediction.update(self.kite, now, gains.turn_k, late_us)
+            kite = prediction
+            prediction.update(estimate, now, gains.turn_k, late_us)
         if fresh:
-            self.guidance.scan(self.kite.frame, self.kite.course)
-        if mode != KITE_MODE_TRACK or self.modes.stale:
-            self.guidance.stop()
+            guidance.scan(estimate.frame, estimate.course)
+        if mode != KITE_MODE_TRACK or modes.stale:
+            guidance.stop()
         elif predicted:
-            self.guidance.step_exactly(self.prediction, gains)
-        elif fresh or not self.guidance.running:
-            self.guidance.step(self.kite.frame, gains, self.kite.interval)
-        self.target_course = steer_by_mode(self.modes, self.guidance, self.steering, kite, gains, dt)
+            guidance.step_exactly(prediction, gains)
+        elif fresh or not guidance.running:
+            guidance.step(estimate.frame, gains, estimate.interval)
+        target_course = steer_by_mode(modes, guidance, self.steering, kite, gains, self.period_us * 1e-6)
         if predicted:  # what is told goes with the sample: the error is the one that was steered by
-            self.target_course = wrap(self.kite.course + self.steering.error)
+            target_course = wrap(estimate.course + self.steering.error)
+        self.target_course = target_course

@@ -10,14 +10,14 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Final
 
-_TWO_PI = 2 * pi  # type: Final
+TWO_PI = 2 * pi  # type: Final
 _LEVEL = 1e-6  # type: Final  # so near to the zenith there is no azimuth [rad]
 
 
 def wrap(angle: float) -> float:
-    """`angle` [rad] brought into (-pi, pi]."""
-    angle %= _TWO_PI
-    return angle - _TWO_PI if angle > pi else angle
+    """`angle` [rad] brought into (-pi, pi]; written out where each tick needs it."""
+    angle %= TWO_PI
+    return angle - TWO_PI if angle > pi else angle
 
 
 class TangentFrame:

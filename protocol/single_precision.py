@@ -4,13 +4,14 @@ from math import copysign, inf
 from struct import Struct
 from typing import Final
 
-_FIELD: Final = Struct("<f")
+_PACK: Final = Struct("<f").pack
+_UNPACK: Final = Struct("<f").unpack
 
 
 def float32(value: float) -> float:
     """Round to the nearest float32, as a REAL32 on the wire does. Overflow gives an infinity."""
     try:
-        rounded, = _FIELD.unpack(_FIELD.pack(value))
+        rounded, = _UNPACK(_PACK(value))
     except OverflowError:
         return copysign(inf, value)
     return rounded

@@ -6,7 +6,7 @@ J. H. Baayen, "Trajectory tracking control of kites with system delay" (2012), s
 from math import atan, atan2, cos, pi, sin, sqrt
 
 from ..parameters.generated_parameters import FF_FILTER
-from ..sphere import wrap
+from ..sphere import TWO_PI, wrap
 from .figure_eight import CurvePoint
 
 TYPE_CHECKING = False
@@ -111,7 +111,10 @@ class Guidance:
         self.path_parameter = before + self._pace  # so near that the search has little to do
         self._close = _CLOSE_EACH_TICK
         same = self.running
-        self._find(kite.frame)
+        if same and self._candidate is None:
+            self._go_to_nearest(kite.frame)
+        else:
+            self._find(kite.frame)
         self._pace = wrap(self.path_parameter - before) if same and self.running else 0.0
         self._aim(kite.frame, gains.gain_l)
         self.running = True
@@ -130,7 +133,8 @@ class Guidance:
         curvature = self.curve.direction * self._point.geodesic_curvature()
         chi = kite.course - self._along
         slope = gain * side
-        parallel = (curvature * cosine - side) / max(_LEAST_SHARE, cosine + curvature * side)
+        share = cosine + curvature * side
+        parallel = (curvature * cosine - side) / (share if share > _LEAST_SHARE else _LEAST_SHARE)
         return kite.speed * (cos(chi) * parallel - sin(chi) * gain * cosine / (1.0 + slope * slope))
 
     def _find(self, frame: "TangentFrame") -> None:
@@ -159,11 +163,12 @@ class Guidance:
         for iteration in range(_ITERATIONS):
             point.go_to(s)
             slope = x * point.dx + y * point.dy + z * point.dz
-            longest = abs(slope) / point.square
+            size = slope if slope > 0.0 else -slope
+            longest = size / point.square
             if iteration and step:
                 curvature = (last_slope - slope) / step
                 if curvature > 0.0:
-                    longest = min(2.0 * longest, abs(slope) / curvature)
+                    longest = min(2.0 * longest, size / curvature)
             if longest > _LONGEST_STEP:
                 longest = _LONGEST_STEP
             step = longest if slope > 0.0 else -longest
@@ -185,8 +190,16 @@ class Guidance:
         return frame.distance_to(x, y, z) < 0.7 * distance
 
     def _aim(self, frame: "TangentFrame", gain: float) -> None:
-        """Target turning angle: T + L (t . gamma_t) t, with T the curve's tangent carried to the kite."""
+        """Target turning angle: T + L (t . gamma_t) t, with T the curve's tangent carried to the kite.
+
+        The frame's `up` and `across` are written out: four calls in each tick.
+        """
         point = self._point
+        e1x = frame.e1x
+        e1y = frame.e1y
+        e1z = frame.e1z
+        e2x = frame.e2x
+        e2y = frame.e2y
         x = point.x
         y = point.y
         z = point.z
@@ -194,17 +207,18 @@ class Guidance:
         dy = point.dy
         dz = point.dz
         cosine = frame.x * x + frame.y * y + frame.z * z
-        up = frame.up(x, y, z)
-        across = frame.across(x, y)
+        up = e1x * x + e1y * y + e1z * z
+        across = e2x * x + e2y * y
         # Carried along the geodesic: T = T_t - (gamma . T_t) / (1 + gamma . gamma_t) (gamma + gamma_t).
         carry = (frame.x * dx + frame.y * dy + frame.z * dz) / (1.0 + (cosine if cosine > -0.999 else -0.999))
         scale = self.curve.direction / point.pace
-        tangent_up = (frame.up(dx, dy, dz) - carry * up) * scale
-        tangent_across = (frame.across(dx, dy) - carry * across) * scale
+        tangent_up = (e1x * dx + e1y * dy + e1z * dz - carry * up) * scale
+        tangent_across = (e2x * dx + e2y * dy - carry * across) * scale
         side = tangent_up * across - tangent_across * up  # t . gamma_t with t = gamma x T
         self._along = atan2(tangent_across, tangent_up)
         self._side = side
         self._cosine = cosine
-        self.target_course = wrap(self._along + atan(gain * side))
+        target_course = (self._along + atan(gain * side)) % TWO_PI
+        self.target_course = target_course - TWO_PI if target_course > pi else target_course
         distance = atan2(sqrt(up * up + across * across), cosine)
         self.cross_track = distance if side >= 0.0 else -distance

@@ -14,7 +14,7 @@ from ..parameters.generated_parameters import (
     STEER_RATE,
     TURN_OFFSET,
 )
-from ..sphere import wrap
+from ..sphere import TWO_PI
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -64,7 +64,10 @@ class Steering:
         if airspeed < config.airspeed_min:
             airspeed = config.airspeed_min
             self.status = KITE_STATUS_AIRSPEED_FLOOR
-        error = self.error = wrap(target_course - kite.course)
+        error = (target_course - kite.course) % TWO_PI
+        if error > pi:
+            error -= TWO_PI
+        self.error = error
         rate = config.feed_forward * target_rate
         gravity_rate = 0.0  # turning by gravity
         if config.gravity_c:
@@ -126,4 +129,7 @@ def _still_turning(kite: "Kite", needed: float) -> float:
     It goes from the `steered_turning` that it makes to `needed` [rad/s of the nose] at its `turning_slew`.
     """
     surplus = kite.steered_turning - needed
-    return max(-pi, min(pi, 0.5 * surplus * abs(surplus) / (kite.turning_slew * kite.turning_ratio)))
+    turned = 0.5 * surplus * (surplus if surplus > 0.0 else -surplus) / (kite.turning_slew * kite.turning_ratio)
+    if turned < -pi:
+        return -pi
+    return turned if turned < pi else pi

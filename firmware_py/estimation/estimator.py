@@ -2,7 +2,7 @@
 
 from math import atan2, pi, radians, sin, sqrt
 
-from ..clock import ticks_diff
+from ..clock import HALF, MASK, ticks_diff
 from ..generated_enums import (
     KITE_VALID_AIRSPEED,
     KITE_VALID_AZIMUTH,
@@ -22,7 +22,7 @@ from ..parameters.generated_parameters import (
     SPEED_MIN,
     STALE_TIME,
 )
-from ..sphere import TangentFrame, wrap
+from ..sphere import TWO_PI, TangentFrame, wrap
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 _POSITION = KITE_VALID_AZIMUTH | KITE_VALID_ELEVATION  # type: Final
 _HISTORY = 32  # type: Final
+_INDEX = _HISTORY - 1  # type: Final
 _FROM_COURSE = 1.0  # type: Final
 _FROM_POSITIONS = 2.0  # type: Final
 _FROM_HEADING = 3.0  # type: Final
@@ -52,6 +53,7 @@ class EstimatorConfig:
         self.airspeed_nominal: float = 0.0
         self.course_source: float = 0.0
         self.course_window: float = 0.0
+        self.window_us: int = 0  # the same
         self.jump_rate: float = 0.0
         self.line_length: float = 0.0
         self.speed_min: float = 0.0
@@ -62,6 +64,7 @@ class EstimatorConfig:
         self.airspeed_nominal = values[AIRSPEED_NOM]
         self.course_source = values[COURSE_SOURCE]
         self.course_window = values[COURSE_WINDOW]
+        self.window_us = int(values[COURSE_WINDOW] * 1e6)
         self.jump_rate = radians(values[JUMP_RATE])
         self.line_length = values[LINE_LENGTH]
         self.speed_min = values[SPEED_MIN]
@@ -122,8 +125,10 @@ class Estimator:
 
         Ages are accumulated instead of computed from times: the clock may wrap, or jump.
         """
-        self._age_us = min(self._age_us + elapsed_us, _FOREVER_US)
-        self._looked_age_us = min(self._looked_age_us + elapsed_us, _FOREVER_US)
+        age_us = self._age_us + elapsed_us
+        self._age_us = age_us if age_us < _FOREVER_US else _FOREVER_US
+        looked_us = self._looked_age_us + elapsed_us
+        self._looked_age_us = looked_us if looked_us < _FOREVER_US else _FOREVER_US
         if self._age_us > self.config.stale_us:
             self._stale = True
         return self._stale
@@ -137,8 +142,8 @@ class Estimator:
         """
         fresh_start = self._stale
         time_us, azimuth, elevation, _, course, _, _, _, _, _ = sample
-        interval = 0.0 if fresh_start else ticks_diff(time_us, self.sample_time) * 1e-6
-        if not self._is_sane(sample) or not self._brings_news(time_us, azimuth, elevation, fresh_start):
+        span_us = ((time_us - self.sample_time + HALF) & MASK) - HALF
+        if not self._is_sane(sample) or not self._brings_news(time_us, span_us, azimuth, elevation, fresh_start):
             self.dropped += 1
             return False
         if fresh_start:
@@ -148,9 +153,8 @@ class Estimator:
         self._stale = False
         self._age_us = 0
         self.sample_time = time_us
-        self.interval = interval
+        self.interval = 0.0 if fresh_start else span_us * 1e-6
         self._copy(sample, asked)
-        self._remember()
         self._update_course(course, fresh_start, turn_k)
         return True
 
@@ -159,7 +163,8 @@ class Estimator:
         speed = self.speed / self.distance
         bend = self._turning * self._span
         reach = speed * self._span
-        return speed * (1.0 + min(1.0, bend * bend / 24.0 + reach * reach / 6.0))
+        longer = bend * bend / 24.0 + reach * reach / 6.0
+        return speed * (1.0 + (longer if longer < 1.0 else 1.0))
 
     def _is_sane(self, sample: "Sample") -> bool:
         """False for a sample without position, not finite, or out of range."""
@@ -178,14 +183,14 @@ class Estimator:
             return False
         return not valid & KITE_VALID_AIRSPEED or 0.0 <= airspeed <= _MOST_AIRSPEED
 
-    def _brings_news(self, time_us: int, azimuth: float, elevation: float, fresh_start: bool) -> bool:
-        """True for a sample that is later than what was heard, from where the kite can have come.
+    def _brings_news(self, time_us: int, span_us: int, azimuth: float, elevation: float, fresh_start: bool) -> bool:
+        """True for a sample `span_us` later than the one accepted last, from where the kite can have come.
 
         It is held against the sample before it even where that was refused, so that jumps are not accepted one by one,
         each as soon as there was time enough for it.
         """
         news = True
-        if fresh_start or ticks_diff(self._looked_time, self.sample_time) > 0:
+        if fresh_start or ((self._looked_time - self.sample_time + HALF) & MASK) > HALF:
             if self._looked_age_us <= self.config.stale_us:
                 news = self._is_way(
                     ticks_diff(time_us, self._looked_time), self._looked_age_us,
@@ -199,7 +204,6 @@ class Estimator:
         self._looked_age_us = 0
         if fresh_start or not news:
             return news
-        span_us = ticks_diff(time_us, self.sample_time)
         return self._is_way(span_us, self._age_us, self.azimuth, self.elevation, azimuth, elevation)
 
     def _is_way(
@@ -212,7 +216,9 @@ class Estimator:
         if not 0 < span_us <= age_us + _AHEAD_US:
             return False
         most = self.config.jump_rate * span_us * 1e-6 + _SLACK
-        if abs(to_azimuth - azimuth) + abs(to_elevation - elevation) <= most:  # no distance is longer than that
+        aside = to_azimuth - azimuth
+        above = to_elevation - elevation
+        if (aside if aside > 0.0 else -aside) + (above if above > 0.0 else -above) <= most:  # no distance is longer
             return True
         return distance(azimuth, elevation, to_azimuth, to_elevation) <= most
 
@@ -221,78 +227,86 @@ class Estimator:
         config = self.config
         _, azimuth, elevation, line, _, heading, airspeed, tether_force, steering, valid = sample
         self.valid = valid
-        azimuth_step = wrap(azimuth - self.azimuth)
+        azimuth_step = (azimuth - self.azimuth) % TWO_PI
+        if azimuth_step > pi:
+            azimuth_step -= TWO_PI
         self.azimuth = azimuth
         self.elevation = elevation
         self.distance = line if valid & KITE_VALID_DISTANCE else config.line_length
         self.airspeed = airspeed if valid & KITE_VALID_AIRSPEED else config.airspeed_nominal
         self.tether_force = tether_force if valid & KITE_VALID_TETHER_FORCE else 0.0
         self.steering = steering if valid & KITE_VALID_STEERING else asked
-        self.frame.set(self.azimuth, self.elevation)
+        self.frame.set(azimuth, elevation)
         self.meridian_turning = self.frame.z * azimuth_step
         if valid & KITE_VALID_HEADING:
             self.heading = heading
 
-    def _remember(self) -> None:
-        frame = self.frame
-        index = self._count % _HISTORY
-        self._times[index] = self.sample_time
-        self._xs[index] = frame.x
-        self._ys[index] = frame.y
-        self._zs[index] = frame.z
-        self._count += 1
-
     def _update_course(self, measured: float, fresh_start: bool, turn_k: float) -> None:
         """Turning angle from the source that the parameter names and the sample has."""
         self._measure_chord()
+        valid = self.valid
         source = self.config.course_source
         if source == 0.0:
-            source = _FROM_COURSE if self.valid & KITE_VALID_COURSE else _FROM_POSITIONS
-        if source == _FROM_HEADING and self.valid & KITE_VALID_HEADING:
+            source = _FROM_COURSE if valid & KITE_VALID_COURSE else _FROM_POSITIONS
+        if source == _FROM_HEADING and valid & KITE_VALID_HEADING:
             self.coasting = False
             self.course = self.heading
             return
-        self.coasting = self.speed < self.config.speed_min and not fresh_start
-        if source == _FROM_COURSE and self.valid & KITE_VALID_COURSE and not self.coasting:
+        coasting = self.coasting = self.speed < self.config.speed_min and not fresh_start
+        if source == _FROM_COURSE and valid & KITE_VALID_COURSE and not coasting:
             self.course = measured
-        elif self.coasting:
+        elif coasting:
             rate = turn_k * self.airspeed * self.steering
             self.course = wrap(self.course + rate * self.interval)
         elif self._count > 1:
             self.course = wrap(self._chord + 0.5 * self._span * self._turning)
-        if not self.valid & KITE_VALID_HEADING:
+        if not valid & KITE_VALID_HEADING:
             self.heading = self.course
 
     def _measure_chord(self) -> None:
-        """Direction and length of the way from a position of some time ago to the present one.
+        """Remember the position; direction and length of the way from one of some time ago to it.
 
         The geodesic's direction where it ends; on a turn it lags by half the time between the two, which
         `_turning` makes good.
         """
-        newest = self._count - 1
+        frame = self.frame
+        sample_time = self.sample_time
+        newest = self._count
+        index = newest & _INDEX
+        times = self._times
+        times[index] = sample_time
+        self._xs[index] = frame.x
+        self._ys[index] = frame.y
+        self._zs[index] = frame.z
+        self._count = newest + 1
         if newest < 1:
             self._span = 0.0
             return
-        window_us = int(self.config.course_window * 1e6)
-        if self._oldest < self._count - _HISTORY:
-            self._oldest = self._count - _HISTORY
-        while self._oldest < newest - 1:  # leave behind what the window does not need
-            if ticks_diff(self.sample_time, self._times[(self._oldest + 1) % _HISTORY]) < window_us:
+        config = self.config
+        oldest = self._oldest
+        if oldest < newest - _INDEX:
+            oldest = newest - _INDEX
+        while oldest < newest - 1:  # leave behind what the window does not need
+            if (sample_time - times[(oldest + 1) & _INDEX]) & MASK < config.window_us:
                 break
-            self._oldest += 1
-        index = self._oldest % _HISTORY
-        span = ticks_diff(self.sample_time, self._times[index]) * 1e-6
+            oldest += 1
+        self._oldest = oldest
+        index = oldest & _INDEX
+        span = ((sample_time - times[index]) & MASK) * 1e-6
         x = self._xs[index]
         y = self._ys[index]
-        up = self.frame.up(x, y, self._zs[index])
-        across = self.frame.across(x, y)
+        up = frame.e1x * x + frame.e1y * y + frame.e1z * self._zs[index]
+        across = frame.e2x * x + frame.e2y * y
         length = sqrt(up * up + across * across)
         self.speed = length * self.distance / span
-        chord = atan2(-across, -up) if length > _STANDING else self._chord
-        if self._count > 2 and length > _STANDING:
-            rate = wrap(chord - self._chord + self.meridian_turning) / self.interval
-            self._turning += (rate - self._turning) * self.interval / (self.interval + self.config.course_window)
-        self._chord = chord
+        if length > _STANDING:
+            chord = atan2(-across, -up)
+            if newest > 1:
+                interval = self.interval
+                turned = (chord - self._chord + self.meridian_turning) % TWO_PI
+                rate = (turned - TWO_PI if turned > pi else turned) / interval
+                self._turning += (rate - self._turning) * interval / (interval + config.course_window)
+            self._chord = chord
         self._span = span
 
 

@@ -5,11 +5,11 @@ the turning that TURN_K predicts from airspeed and steering: the slope is the ra
 the offset a steady turning that is not due to steering.
 """
 
-from math import sin
+from math import pi, sin
 
 from ..generated_enums import KITE_VALID_HEADING
 from ..parameters.generated_parameters import AIRSPEED_MIN, GRAVITY_C, K_ADAPT, K_BOUND, TURN_K
-from ..sphere import wrap
+from ..sphere import TWO_PI
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -72,7 +72,9 @@ class TurnKEstimate:
         if not self._usable or kite.coasting or not 0.0 < dt <= _LONGEST_GAP:
             self._begin_block()
         else:
-            turned = wrap(direction - self._direction + kite.meridian_turning)
+            turned = (direction - self._direction + kite.meridian_turning) % TWO_PI
+            if turned > pi:
+                turned -= TWO_PI
             if self._gravity_c:
                 gravity = self._gravity_c / max(kite.airspeed, self._airspeed_min)
                 turned -= gravity * sin(kite.heading) * kite.frame.e1z * dt

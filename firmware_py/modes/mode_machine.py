@@ -116,27 +116,32 @@ class ModeMachine:
 
         `missing`: no accepted sample was fresh enough when this tick began. `fresh`: it has brought one.
         """
-        self._manual_silence_us = min(self._manual_silence_us + elapsed_us, _FOREVER_US)
-        self._station_silence_us = min(self._station_silence_us + elapsed_us, _FOREVER_US)
-        self._watch_samples(elapsed_us, missing, fresh)
-        if not self.armed():
+        silence_us = self._station_silence_us + elapsed_us
+        self._station_silence_us = silence_us if silence_us < _FOREVER_US else _FOREVER_US
+        fresh_us = self._fresh_us
+        if missing or fresh_us == _NEVER:
+            self._fresh_us = 0 if fresh else _NEVER
+        else:
+            fresh_us += elapsed_us
+            self._fresh_us = fresh_us if fresh_us < _FOREVER_US else _FOREVER_US
+        if self.mode == KITE_MODE_STANDBY:
             return
+        if missing or self.stale:
+            self._watch_samples(missing, fresh)
         values = self._values
-        if self.mode == KITE_MODE_MANUAL and self._manual_silence_us > int(values[MANUAL_TIME] * 1e6):
-            self._park("no MANUAL_CONTROL")
-        self._watch_station(values[GCS_LOST_TIME])
-        if self.mode == KITE_MODE_TRACK and not self.stale and self._too_low(values[PARK_ELEVATION]):
-            self._park("too low")
+        if self.mode == KITE_MODE_MANUAL:
+            self._watch_pilot(elapsed_us, int(values[MANUAL_TIME] * 1e6))
+        limit_s = values[GCS_LOST_TIME]
+        if limit_s and self._station_heard:
+            self._watch_station(int(limit_s * 1e6))
+        else:
+            self._station_silent = False
+        if self.mode == KITE_MODE_TRACK and not self.stale:
+            least_deg = values[PARK_ELEVATION]
+            if least_deg != 0.0 and self._kite.elevation < radians(least_deg):
+                self._park("too low")
 
-    def _watch_samples(self, elapsed_us: int, missing: bool, fresh: bool) -> None:
-        if missing:
-            self._fresh_us = _NEVER
-        if self._fresh_us != _NEVER:
-            self._fresh_us = min(self._fresh_us + elapsed_us, _FOREVER_US)
-        elif fresh:
-            self._fresh_us = 0
-        if not self.armed():
-            return
+    def _watch_samples(self, missing: bool, fresh: bool) -> None:
         if missing and not self.stale:
             self.stale = True
             what = "is the pilot's" if self.mode == KITE_MODE_MANUAL else "neutral"
@@ -146,16 +151,16 @@ class ModeMachine:
             goes_on = self.mode != KITE_MODE_TRACK or self._values[RESUME_TRACK]
             self._enter(self.mode if goes_on else KITE_MODE_PARK, "samples fresh again")
 
-    def _watch_station(self, limit_s: float) -> None:
+    def _watch_pilot(self, elapsed_us: int, limit_us: int) -> None:
+        self._manual_silence_us = min(self._manual_silence_us + elapsed_us, _FOREVER_US)
+        if self._manual_silence_us > limit_us:
+            self._park("no MANUAL_CONTROL")
+
+    def _watch_station(self, limit_us: int) -> None:
         """A silence acts once; a station that is heard again begins another."""
-        if not self._station_heard or not limit_s:
-            self._station_silent = False
-        elif not self._station_silent and self._station_silence_us > int(limit_s * 1e6):
+        if not self._station_silent and self._station_silence_us > limit_us:
             self._station_silent = True
             self._park("ground station silent")
-
-    def _too_low(self, least_deg: float) -> bool:
-        return least_deg != 0.0 and self._kite.elevation < radians(least_deg)
 
     def _park(self, why: str) -> None:
         self._enter(KITE_MODE_PARK, why, MAV_SEVERITY_WARNING)

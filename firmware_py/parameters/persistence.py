@@ -1,7 +1,7 @@
 """Keeps the parameters: on flash across a loss of power, in retained memory across a watchdog reset in flight."""
 
 from ..boards.interface import CAUSES, EVENT_MODE, EVENT_RESET, WATCHDOG
-from ..generated_enums import MAV_SEVERITY_INFO, MAV_SEVERITY_WARNING
+from ..generated_enums import KITE_MODE_STANDBY, MAV_SEVERITY_INFO, MAV_SEVERITY_WARNING
 from .generated_parameters import COUNT, DEFAULTS
 from .store import ParameterStore
 
@@ -77,16 +77,17 @@ class Keeper:
 
     def update(self, elapsed_us: int, uptime_us: int) -> None:
         """Store changes; `elapsed_us` since the last call. Almost free if nothing has changed."""
-        if self._modes.mode != self._mode:
-            self._mode = self._modes.mode
+        mode = self._modes.mode
+        if mode != self._mode:
+            self._mode = mode
             if self._events is not None:
-                self._events.append(EVENT_MODE, self._mode, uptime_us // 1000 & 0xFFFFFFFF)
+                self._events.append(EVENT_MODE, mode, uptime_us // 1000 & 0xFFFFFFFF)
         if self._writes_left < _WRITES:
             self._earning_us += elapsed_us
             if self._earning_us >= _WRITE_AGAIN_US:
                 self._earning_us = 0
                 self._writes_left += 1
-        armed = self._modes.armed()
+        armed = mode != KITE_MODE_STANDBY
         version = self._parameters.version
         if version != self._version or armed != self._armed:
             if version != self._version:

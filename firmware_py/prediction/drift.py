@@ -38,6 +38,7 @@ class Drift:
         self._rest_forward: float = 0.0  # what the wind does not turn with
         self._rest_sideways: float = 0.0
         self._angle: float = 0.0  # from heading to course
+        self._sample_speed: float = 0.0  # across the sphere, where `blown`
 
     def forget(self) -> None:
         """Restart with the next sample."""
@@ -50,7 +51,7 @@ class Drift:
             self.blown = False
             self._tailwind = self._crosswind = 0.0
             return
-        speed = kite.sphere_speed()
+        speed = self._sample_speed = kite.sphere_speed()
         nose_up = cos(kite.heading)
         nose_across = sin(kite.heading)
         self._air = airspeed / kite.distance
@@ -67,7 +68,7 @@ class Drift:
 
     def begin(self, kite: "Estimator") -> None:
         """Go back to the newest sample of the `kite`."""
-        speed = self.speed = kite.sphere_speed()
+        speed = self.speed = self._sample_speed if self.blown else kite.sphere_speed()
         self.forward = speed
         self.sideways = 0.0
         if self._angle:
@@ -95,5 +96,6 @@ class Drift:
         self.speed = sqrt(square)
         share = self._air * forward  # over the speed squared: of the nose's turning that is the course's
         if share > 0.0:
-            self.turning_ratio = max(_LEAST_RATIO, min(_MOST_RATIO, square / share))
+            ratio = square / share
+            self.turning_ratio = _LEAST_RATIO if ratio < _LEAST_RATIO else ratio if ratio < _MOST_RATIO else _MOST_RATIO
         return atan2(sideways, forward)

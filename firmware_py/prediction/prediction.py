@@ -6,9 +6,9 @@ circle. The path consists of a few arcs. The rotation vector of each is that of 
 Magnus' series for a turning rate that changes: exact for constant steering, of fourth order else.
 """
 
-from math import sin
+from math import pi, sin
 
-from ..clock import ticks_diff
+from ..clock import HALF, MASK
 from ..generated_enums import KITE_VALID_STEERING
 from ..parameters.generated_parameters import (
     AIRSPEED_MIN,
@@ -20,7 +20,7 @@ from ..parameters.generated_parameters import (
     STALE_TIME,
     TURN_OFFSET,
 )
-from ..sphere import TangentFrame, wrap
+from ..sphere import TWO_PI, TangentFrame
 from .body_rotation import BodyRotation
 from .drift import Drift
 from .steering_history import ONE, ROOM
@@ -93,14 +93,16 @@ class Prediction:
     def note_sample(self, kite: "Estimator", now: int) -> None:
         """The `kite`, an estimate, has taken a sample in the tick that was due at `now`."""
         config = self.config
-        age = ticks_diff(now, kite.sample_time)
+        age = ((now - kite.sample_time + HALF) & MASK) - HALF
         late = age - self._usual_age
-        if not self._samples or abs(late) > config.stale_us:  # the first, or the sender's clock was set
+        samples = self._samples
+        if not samples or late > config.stale_us or -late > config.stale_us:  # the first, or the sender's clock was set
             self._usual_age = age
             self._samples = 1
         else:
-            self._samples = min(self._samples + 1, _SAMPLES)
-            self._usual_age += (late + self._samples // 2) // self._samples
+            if samples < _SAMPLES:
+                samples = self._samples = samples + 1
+            self._usual_age += (late + samples // 2) // samples
         if not config.delay_us:
             self._followed = False
             return
@@ -133,7 +135,8 @@ class Prediction:
         turned = self._fly(kite, partial, ticks, _TAIL + _TAIL * late_us / self.config.period_us, turn_k)
         frame = self.frame
         self.heading = self._rotation.carry(kite.frame, kite.heading, frame)
-        self.course = wrap(self.heading + drift.end(turned))
+        course = (self.heading + drift.end(turned)) % TWO_PI
+        self.course = course - TWO_PI if course > pi else course
         self.speed = drift.speed
         self.turning_ratio = drift.turning_ratio
 
@@ -141,7 +144,7 @@ class Prediction:
         """Take the actuator's model to the sample's time; return the fraction of a tick and the ticks sent since."""
         config = self.config
         period = config.period_us
-        horizon = config.delay_us + ticks_diff(now, kite.sample_time) - self._usual_age
+        horizon = config.delay_us + ((now - kite.sample_time + HALF) & MASK) - HALF - self._usual_age
         if horizon < 0:
             horizon = 0
         elif horizon > (ROOM - 1) * period:
@@ -181,6 +184,9 @@ class Prediction:
             airspeed = config.airspeed_min
         gravity = config.gravity_c / airspeed * kite.frame.e1z if config.gravity_c else 0.0
         offset = config.turn_offset
+        blown = drift.blown
+        forward = drift.forward
+        sideways = drift.sideways
         turned = 0.0
         rotation.begin()
         for left in range(arcs, 0, -1):
@@ -197,10 +203,10 @@ class Prediction:
             mean = turned + 0.5 * turn - turn_moment / length  # turned so far, over the arc
             if gravity:
                 turn += gravity * length * sin(kite.heading + mean)
-            if drift.blown:
+            if blown:
                 drift.turn(mean)
-            forward = drift.forward
-            sideways = drift.sideways
+                forward = drift.forward
+                sideways = drift.sideways
             rotation.turn(turn, forward * turn_moment - sideways * length, forward * length + sideways * turn_moment)
             turned += turn
         full = turn_k * airspeed  # with the airspeed that is steered by

@@ -65,10 +65,9 @@ class SteeringHistory:
 
     def note(self, asked: float, ticks: int) -> None:
         """Store the steering commanded (`asked`) in this tick, `ticks` after the last one."""
-        ticks = min(ticks, ROOM)
-        while ticks > 1:  # a loop that was held up: the actuator kept what it had
-            self._push(self._asked[(self._count - 1) & _INDEX])
-            ticks -= 1
+        if ticks > 1:  # a loop that was held up: the actuator kept what it had
+            for _ in range((ticks if ticks < ROOM else ROOM) - 1):
+                self._push(self._asked[(self._count - 1) & _INDEX])
         self._push(round(asked * ONE))
 
     def begin(self, ticks: int, partial: float, measured: int | None) -> None:
@@ -98,41 +97,40 @@ class SteeringHistory:
             first = self._inner * partial * partial
             self._next += 1
             self._on_model = self._on_model or self._meets_model()
-        total = done = 0  # of the whole ticks; the moment is about their beginning, the first tick's middle
-        while done < ticks and not self._on_model:
-            if abs(self._limited) >= self._count - self._next and self._runs_beside(ticks - done):
-                break
-            mean = self._follow(self._next, self._per_tick)
-            self._next += 1
-            total += mean
-            moment += done * mean + self._inner
-            done += 1
-            self._on_model = self._meets_model()
-        beside = 0 if self._on_model or done == ticks else self.position - self._felt[self._next & _INDEX]
+        total = done = beside = 0  # of the whole ticks; the moment is about their beginning, the first tick's middle
+        if not self._on_model:
+            total, moment, done = self._follow_measured(ticks)
+            if done < ticks and not self._on_model:
+                beside = self.position - self._felt[self._next & _INDEX]
         while done < ticks:
-            size = min(ticks - done, _STRETCH)
+            size = ticks - done if ticks - done < _STRETCH else _STRETCH
             start = self._next & _INDEX
-            self._next += size
-            if self._next == self._count:
+            end = self._next = self._next + size
+            if end == self._count:
                 here = self._sum
                 of_sums = self._sum_of_sums
                 self.position = self._model + beside
             else:
-                end = self._next & _INDEX
+                end &= _INDEX
                 here = self._sums[end]
                 of_sums = self._sums_of_sums[end]
                 self.position = self._felt[end] + beside
-            stretch = _wrapped(here - self._sums[start])
-            inside = size * stretch - _wrapped(
-                _wrapped(of_sums - self._sums_of_sums[start]) - _wrapped_product(size, self._sums[start]))
-            stretch += beside * size
-            moment += done * stretch + inside + beside * (size * (size - 1) >> 1)
+            # All wrapped, here and in _push, without a function for it: each call of one takes a board 15 us.
+            there = self._sums[start]
+            stretch = ((here - there + _HALF_SUM) & _SUM) - _HALF_SUM
+            of_sums = ((of_sums - self._sums_of_sums[start] + _HALF_SUM) & _SUM) - _HALF_SUM
+            of_sums -= size * (there & 0x7FFF) + ((size * (there >> 15) & 0x7FFF) << 15)  # size * there, in 30 bits
+            inside = size * stretch - (((of_sums + _HALF_SUM) & _SUM) - _HALF_SUM)
+            if beside:
+                stretch += beside * size
+                inside += beside * (size * (size - 1) >> 1)
+            moment += done * stretch + inside
             total += stretch
             done += size
         length = ticks + tail
         moment -= (0.5 * length - 0.5) * total
         if tail:
-            mean = self._follow(self._count - 1, self._limit(tail))
+            mean = self._follow(self._count - 1, int(self._per_tick * tail) or 1)
             moment += tail * (tail * self._inner + 0.5 * ticks * mean)
             acted = total + tail * mean
         else:
@@ -142,6 +140,24 @@ class SteeringHistory:
             acted += before
         self.total = acted
         self.moment = moment
+
+    def _follow_measured(self, ticks: int) -> tuple[int, float, int]:
+        """Go on through up to `ticks`, until the path meets the model's or runs beside it: total, moment, ticks gone.
+
+        The path is one that began at a measured position.
+        """
+        total = done = 0
+        moment = 0.0
+        while done < ticks and not self._on_model:
+            if abs(self._limited) >= self._count - self._next and self._runs_beside(ticks - done):
+                break
+            mean = self._follow(self._next, self._per_tick)
+            self._next += 1
+            total += mean
+            moment += done * mean + self._inner
+            done += 1
+            self._on_model = self._meets_model()
+        return total, moment, done
 
     def _meets_model(self) -> bool:
         """True if the path that is followed has come to the model's, at the beginning of a tick."""
@@ -169,20 +185,25 @@ class SteeringHistory:
         return left >= beside if self._limited > 0 else left <= beside
 
     def _push(self, asked: int) -> None:
-        index = self._count & _INDEX
+        count = self._count
+        index = count & _INDEX
+        per_tick = self._per_tick
+        total = self._sum
+        of_sums = self._sum_of_sums
+        before = self.position = self._model
         self._asked[index] = asked
-        self._felt[index] = before = self.position = self._model
-        self._sums[index] = self._sum
-        self._sums_of_sums[index] = self._sum_of_sums
-        mean = self._follow(index, self._per_tick)
-        self._model = self.position
-        self._sum = _wrapped(self._sum + mean)
-        self._sum_of_sums = _wrapped(self._sum_of_sums + self._sum - self._inner)
-        self._count = (self._count + 1) & _COUNTER
-        way = self._model - before
-        if way == self._per_tick:
+        self._felt[index] = before
+        self._sums[index] = total
+        self._sums_of_sums[index] = of_sums
+        mean = self._follow(index, per_tick)
+        after = self._model = self.position
+        total = self._sum = ((total + mean + _HALF_SUM) & _SUM) - _HALF_SUM
+        self._sum_of_sums = ((of_sums + total - self._inner + _HALF_SUM) & _SUM) - _HALF_SUM
+        self._count = (count + 1) & _COUNTER
+        way = after - before
+        if way == per_tick:
             self._limited = self._limited + 1 if self._limited > 0 else 1
-        elif way == -self._per_tick:
+        elif way == -per_tick:
             self._limited = self._limited - 1 if self._limited < 0 else -1
         else:
             self._limited = 0
@@ -227,13 +248,3 @@ class SteeringHistory:
             return target - short
         self._inner = -inner
         return target + short
-
-
-def _wrapped(value: int) -> int:
-    """`value` brought into the range of the running sums."""
-    return ((value + _HALF_SUM) & _SUM) - _HALF_SUM
-
-
-def _wrapped_product(count: int, value: int) -> int:
-    """`count` times a running sum, bar whole wraps, in integers of 30 bits."""
-    return count * (value & 0x7FFF) + ((count * (value >> 15) & 0x7FFF) << 15)

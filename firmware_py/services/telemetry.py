@@ -2,7 +2,7 @@
 
 from math import cos, sin
 
-from ..clock import MASK, ticks_add, ticks_diff
+from ..clock import HALF, MASK, ticks_add
 from ..generated_enums import (
     KITE_MODE_STANDBY,
     KITE_STATUS_COASTING,
@@ -35,11 +35,11 @@ if TYPE_CHECKING:
     from ..mavlink.interface import Link
 
 _SECOND = 1000000  # type: Final
+_TWO_SECONDS = 2000000  # type: Final
 _TEXTS = 8  # type: Final  # texts kept until they can be sent
 _GEOFENCE = 1 << 20  # type: Final  # reported healthy: a ground station otherwise warns of a breach
 _U16 = 65535  # type: Final
 _SLOWEST_HZ = 0.0078125  # type: Final  # a beat must be shorter than half the wrap of the clock
-_HALF_WRAP = MASK // 2 + 1  # type: Final
 
 
 # What is sent regularly, the shortest first where the link carries little.
@@ -49,7 +49,8 @@ _FIRST_US = (0, _SECOND // 4, _SECOND // 2, _SECOND // 8, 0)  # type: Final[tupl
 _USUAL_US = (_SECOND, 2 * _SECOND, _SECOND, 0, 0)  # type: Final[tuple[int, ...]]  # 0: a parameter says
 _OF_KITE = (LOCAL_POSITION_NED, KITE_STATE)  # type: Final[tuple[int, ...]]  # need a sample
 _FROM_START = (HEARTBEAT,) + _STREAMS  # type: Final[tuple[int, ...]]
-_OF_MODE = _STREAMS.index(CURRENT_MODE)  # type: Final
+_OF_MODE = 1  # type: Final  # places in _STREAMS
+_OF_STATE = 4  # type: Final
 
 
 class Telemetry:
@@ -67,6 +68,9 @@ class Telemetry:
         self._asked: list[int] = [0] * len(_STREAMS)  # by a station [us]; 0 as usual, -1 not at all
         self._periods: list[int] = [0] * len(_STREAMS)  # at present, if no parameter changed since `_version`
         self._version: int = -1
+        self._looked: int = 0  # when all streams were looked at
+        self._last: int = 0  # the tick before this one
+        self._quiet_us: int = 0  # from then on, in which none but the state's can be due; 0 where nobody knows
         self._mode: int = KITE_MODE_STANDBY  # when last looked at
         self._mode_is_told: bool = False  # CURRENT_MODE: who does not know it would miss its sequence numbers
 
@@ -88,22 +92,31 @@ class Telemetry:
         if heartbeat_due is None:
             self._begin(now)
             heartbeat_due = now
-        changed = self._mode != self._autopilot.modes.mode
-        beats = _is_due(heartbeat_due, _SECOND, now)
+        autopilot = self._autopilot
+        mode = autopilot.modes.mode
+        changed = self._mode != mode
+        beats = not 0 < ((heartbeat_due - now + HALF) & MASK) - HALF <= _TWO_SECONDS  # see _time_left
         if beats:
             self._heartbeat_due = ticks_add(now, _SECOND)
         if beats or changed:
             self._send_heartbeat()
-        budget = self._link.budget
-        if self._texts and budget.claim_text_room():
-            budget.spend_on_text(self._link.send(STATUSTEXT, self._texts.pop(0)))
+        if self._texts:
+            budget = self._link.budget
+            if budget.claim_text_room():
+                budget.spend_on_text(self._link.send(STATUSTEXT, self._texts.pop(0)))
         if changed:
-            self._mode = self._autopilot.modes.mode
+            self._wake()
+            self._mode = mode
             if self._asked[_OF_MODE] >= 0:
                 due[_OF_MODE] = now
-        if self._version != self._autopilot.parameters.version:
+        if self._version != autopilot.parameters.version:
+            self._wake()
             self._look_up_periods()
-        self._send_streams(now, uptime_us)
+        if (now - self._looked) & MASK < self._quiet_us:
+            self._send_state_if_due(now)
+        else:
+            self._send_streams(now, uptime_us)
+        self._last = now
 
     def _begin(self, now: int) -> None:
         self._heartbeat_due = now
@@ -111,10 +124,11 @@ class Telemetry:
             self._due[index] = ticks_add(now, _FIRST_US[index])
 
     def _send_streams(self, now: int, uptime_us: int) -> None:
-        """Send what is due of the regular messages but the heartbeat."""
+        """Send what is due of the regular messages but the heartbeat, and find out for how long nothing else is."""
         due = self._due
         budget = self._link.budget
         heard = self._autopilot.kite.has_heard()
+        quiet_us = _SECOND if heard and self._periods[_OF_STATE] and not budget.is_crowded() else 0
         for index in range(len(due)):
             period = self._periods[index]
             if _STREAMS[index] in _OF_KITE:
@@ -124,10 +138,37 @@ class Telemetry:
                     period <<= 1
             if not period:
                 due[index] = now
-            elif not 0 < ((due[index] - now + _HALF_WRAP) & MASK) - _HALF_WRAP <= period + _SECOND:  # see _is_due
+                continue
+            left_us = _time_left(due[index], period, now)
+            if not left_us:
                 due[index] = _next_due(due[index], period, now)
+                left_us = _time_left(due[index], period, now)
                 if budget.claim_room():
                     self.send(_STREAMS[index], now, uptime_us)
+            if left_us < quiet_us and index != _OF_STATE:
+                quiet_us = left_us
+        self._looked = now
+        self._quiet_us = quiet_us
+
+    def _send_state_if_due(self, now: int) -> None:
+        """What _send_streams does in a tick in which nothing but the state can be due."""
+        due = self._due[_OF_STATE]
+        budget = self._link.budget
+        period = self._periods[_OF_STATE]
+        if budget.is_crowded():
+            period <<= 1
+        if not 0 < ((due - now + HALF) & MASK) - HALF <= period + _SECOND:  # see _time_left
+            self._due[_OF_STATE] = _next_due(due, period, now)
+            if budget.claim_room():
+                self._send_state(now)
+
+    def _wake(self) -> None:
+        """Look at all streams in this tick, as in the one before: then each that was off was due."""
+        if self._quiet_us:
+            self._quiet_us = 0
+            for index in range(len(_STREAMS)):
+                if not self._periods[index]:
+                    self._due[index] = self._last
 
     def sends(self, message: int) -> bool:
         """True for a message that is sent regularly."""
@@ -218,8 +259,9 @@ class Telemetry:
                 now, kite.sample_time, kite.azimuth, kite.elevation, kite.distance, kite.course, kite.heading,
                 kite.airspeed, kite.tether_force, kite.steering, autopilot.target_course, guidance.cross_track,
                 guidance.path_parameter, steering.asked, timing.overruns, kite.valid, status,
-                min(timing.tick_us, _U16), min(timing.worst_us, _U16), min(kite.dropped, _U16),
-                autopilot.modes.mode, min(timing.latest_us, _U16),
+                timing.tick_us if timing.tick_us < _U16 else _U16, timing.worst_us if timing.worst_us < _U16 else _U16,
+                kite.dropped if kite.dropped < _U16 else _U16, autopilot.modes.mode,
+                timing.latest_us if timing.latest_us < _U16 else _U16,
             ),
         )
 
@@ -237,12 +279,13 @@ class Telemetry:
         )
 
 
-def _is_due(due: int, period: int, now: int) -> bool:
-    """True from `due` on, and where that lies further ahead than it can: the clock has jumped."""
-    return not 0 < ticks_diff(due, now) <= period + _SECOND
+def _time_left(due: int, period: int, now: int) -> int:
+    """Time until `due` [us]; 0 from then on, and where that lies further ahead than it can: the clock has jumped."""
+    left_us = ((due - now + HALF) & MASK) - HALF
+    return left_us if 0 < left_us <= period + _SECOND else 0
 
 
 def _next_due(due: int, period: int, now: int) -> int:
     """When to send next, keeping the beat, unless more than a beat was missed."""
-    due = ticks_add(due, period)
-    return due if ticks_diff(now, due) < 0 else ticks_add(now, period // 2)
+    due = (due + period) & MASK
+    return due if (now - due) & MASK >= HALF else (now + period // 2) & MASK

@@ -39,45 +39,41 @@ class Actuator:
 
     def apply_due(self, time_s: float) -> None:
         """Apply the commands that are due."""
-        while self.next_change() <= time_s:
-            target = self._pending.pop(0).steering
+        pending = self._pending
+        while pending and pending[0].felt_s <= time_s:
+            target = pending.pop(0).steering
             limit = self._saturation
-            self._target = max(-limit, min(limit, target)) if limit else target
+            if limit and target > limit:
+                target = limit
+            elif limit and target < -limit:
+                target = -limit
+            self._target = target
         if self.ideal:
             self.position = self._target
 
-    def position_after(self, dt: float) -> float:
-        """Position `dt` [s] on, while no further command is felt."""
-        error = self._target - self.position
+    def advance(self, dt: float) -> float:
+        """Move on by `dt` [s], while no further command is felt; return the mean position on the way."""
+        target = self._target
+        error = target - self.position
         if not error or self.ideal:
-            return self._target
-        size, sign = abs(error), 1.0 if error > 0 else -1.0
-        if self._rate:
-            slow = self._rate * self._lag  # error below which the lag is slower than the rate limit
-            if size > slow:
-                ramp = min(dt, (size - slow) / self._rate)
-                size -= self._rate * ramp
-                dt -= ramp
-        size = size * exp(-dt / self._lag) if self._lag else (size if self._rate else 0.0)
-        return self._target - sign * size
-
-    def mean_over(self, dt: float) -> float:
-        """Mean position over the next `dt` [s], while no further command is felt."""
-        error = self._target - self.position
-        if not error or self.ideal:
-            return self._target
-        size, sign, left = abs(error), 1.0 if error > 0 else -1.0, dt
-        missed = 0.0  # integral of the error's size
-        slow = self._rate * self._lag
-        if self._rate and size > slow:
-            ramp = min(dt, (size - slow) / self._rate)
-            missed = ramp * (size - 0.5 * self._rate * ramp)
-            size -= self._rate * ramp
+            self.position = target
+            return target
+        size = error if error > 0.0 else -error
+        rate, lag = self._rate, self._lag
+        missed, left = 0.0, dt  # integral of the error's size, and the time after a ramp
+        slow = rate * lag  # error below which the lag is slower than the rate limit
+        if rate and size > slow:
+            to_slow = (size - slow) / rate
+            ramp = to_slow if to_slow < dt else dt
+            missed = ramp * (size - 0.5 * rate * ramp)
+            size -= rate * ramp
             left -= ramp
-        if self._lag:
-            missed += size * self._lag * (1.0 - exp(-left / self._lag))
-        return self._target - sign * missed / dt
-
-    def advance(self, dt: float) -> None:
-        """Move on by `dt` [s]."""
-        self.position = self.position_after(dt)
+        if lag:
+            kept = exp(-left / lag)
+            missed += size * lag * (1.0 - kept)
+            size *= kept
+        if error < 0.0:
+            self.position = target + size
+            return target + missed / dt
+        self.position = target - size
+        return target - missed / dt

@@ -75,7 +75,8 @@ class Flight:
         Raises:
             FirmwareError: the firmware was not ready in time, or failed.
         """
-        tick, time_s = self.tick, self.time_s
+        tick = self.tick
+        time_s = tick * self.period_s
         if tick == 0:
             self._preflight.check()
         flying = tick >= 0
@@ -84,16 +85,18 @@ class Flight:
         if self._sensors.is_due(time_s):
             sample = self._sensors.sample(clock_us(time_s), truth, self.actuator.position)
             self._down.send(time_s, sample, SAMPLE_BYTES)
-        samples: list[Sample] = [parcel.item for parcel in self._down.due(time_s)]
-        datagrams = self._hear_stations(time_s)
+        samples: list[Sample] = []
+        for parcel in self._down.due(time_s):
+            samples.append(parcel.item)
+        datagrams = self._hear_stations(time_s) if self._ground else []
         requests = self._preflight.requests(tick) if not self._preflight.done else []
         output = self.runtime.exchange(tick - self._first_tick, time_s, samples, requests, datagrams)
         if not self._preflight.done:
             self._preflight.hear(output.replies)
         for sent_s, steering in output.steering:
             self._up.send(sent_s, (sent_s, steering), STEERING_BYTES)
-        heard = self._tell_stations(time_s, output.frames)
-        self._judge.hear(time_s, output, len(self.truth))
+        heard = self._tell_stations(time_s, output.frames) if self._ground else []
+        self._judge.hear(time_s, output, tick if flying else 0)
         if output.state is not None:
             self._state = output.state
             self.overruns = output.state.overruns
@@ -101,8 +104,8 @@ class Flight:
         if self._watch is not None:
             self._watch(TickRecord(tick, time_s, samples, datagrams, output, heard,
                                    None if row is None else TruthRow._make(row)))
-        self.tick += 1
-        self._advance(time_s, self.time_s, flying)
+        self.tick = tick + 1
+        self._advance(time_s, self.tick * self.period_s, flying)
 
     @property
     def rows(self) -> list[TruthRow]:
@@ -116,7 +119,8 @@ class Flight:
 
     def fly(self, until_s: float) -> None:
         """Step until `until_s`, or until the kite crashes."""
-        while self.time_s < until_s - 1e-9 and not self.trouble:
+        until_s -= 1e-9
+        while self.tick * self.period_s < until_s and not self.plant.trouble:
             self.step()
 
     @property
@@ -151,16 +155,14 @@ class Flight:
         return recent_errors(self._judge.track(self.truth.columns(first), first))
 
     def _hear_stations(self, time_s: float) -> list[bytes]:
-        if not self._ground:
-            return []
+        assert self._ground is not None
         if self._stations:
             for datagram in self._stations.receive():
                 self._ground.from_station(time_s, datagram)
         return self._ground.to_firmware(time_s)
 
     def _tell_stations(self, time_s: float, frames: list[bytes]) -> list[bytes]:
-        if not self._ground:
-            return []
+        assert self._ground is not None
         self._ground.from_firmware(time_s, frames)
         heard = self._ground.to_stations(time_s)
         if self._stations:
@@ -185,27 +187,25 @@ class Flight:
 
     def _advance(self, start_s: float, end_s: float, flying: bool) -> None:
         """Fly from one tick to the next, with each steering command felt at its exact time."""
+        actuator = self.actuator
         for parcel in self._up.due(end_s):
             sent_s, steering = parcel.item
             if sent_s >= self._newest_steering_s:  # one that was overtaken on the way is of no use
                 self._newest_steering_s = sent_s
-                self.actuator.command(max(parcel.time_s, start_s), steering)
+                actuator.command(parcel.time_s if parcel.time_s > start_s else start_s, steering)
         now = start_s
-        actuator = self.actuator
+        plant, air = self.plant, self._wind.air
         while now < end_s - 1e-9:
             actuator.apply_due(now + 1e-9)
-            until = min(end_s, actuator.next_change())
-            self._fly_for(until - now, flying)
+            change = actuator.next_change()
+            until = change if change < end_s else end_s
+            duration = until - now
+            steps = ceil(duration / self._longest_step_s - 1e-6) or 1
+            dt = duration / steps
+            for _ in range(steps):  # while no new command is felt
+                steering = actuator.advance(dt)
+                if flying:
+                    plant.step(dt, steering, air)
             now = until
         if flying:
             self._wind.advance()
-
-    def _fly_for(self, duration: float, flying: bool) -> None:
-        """Fly on while no new command is felt."""
-        actuator = self.actuator
-        steps = max(1, ceil(duration / self._longest_step_s - 1e-6))
-        dt = duration / steps
-        for _ in range(steps):
-            if flying:
-                self.plant.step(dt, actuator.mean_over(dt), self._wind.air)
-            actuator.advance(dt)

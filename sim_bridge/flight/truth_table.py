@@ -8,7 +8,7 @@ from kite_analysis.figure_eight import Array
 from sim_bridge.flight.truth_columns import COLUMNS, TruthRow
 
 _WIDTH: Final = len(COLUMNS)
-_BLOCK: Final = 512 * _WIDTH
+_BLOCK: Final = 64 * _WIDTH  # few enough numbers to be in the processor's cache when they are packed
 
 
 class TruthTable:

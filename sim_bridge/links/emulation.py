@@ -38,7 +38,12 @@ class LinkDirection:
         """Put `item` of `size` bytes in at `time_s`."""
         self.sent += 1
         if self._plain:
-            self._push(time_s + self._delay_s, item)
+            time_s += self._delay_s
+            waiting = self._waiting
+            if waiting and waiting[-1].time_s > time_s:  # sent before the delay became shorter
+                self._push(time_s, item)
+            else:
+                waiting.append(Parcel(time_s, item))
             return
         settings = self.settings
         if settings.rate_bytes_s:
@@ -68,10 +73,7 @@ class LinkDirection:
         place = len(waiting)
         while place and waiting[place - 1].time_s > time_s:
             place -= 1
-        if place == len(waiting):
-            waiting.append(Parcel(time_s, item))
-        else:
-            waiting.insert(place, Parcel(time_s, item))
+        waiting.insert(place, Parcel(time_s, item))
 
     def _delay(self) -> float:
         settings = self.settings

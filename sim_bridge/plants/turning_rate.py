@@ -61,7 +61,8 @@ class TurningRatePlant:
     def step(self, dt: float, steering: float, air: Air) -> None:
         """Fly on by `dt` [s]; see Plant."""
         self._air = air
-        self._share = air.gust * (air.speed_m_s / self._wind if self._wind else 1.0)
+        wind = self._wind
+        self._share = air.gust * (air.speed_m_s / wind if wind else 1.0)
         position, nose = self._position, self._nose
         turning, forward, sideways = self._rates(steering)
         if not self._constant:
@@ -93,6 +94,10 @@ class TurningRatePlant:
 
     def _rates(self, steering: float) -> tuple[float, float, float]:
         """Turning rate [rad/s] and speed over length along the nose and along b [1/s]."""
+        if self._constant:
+            airspeed = self._airspeed * self._share
+            fade = airspeed / _LEAST_AIRSPEED if airspeed < _LEAST_AIRSPEED else 1.0
+            return self._turn_k * airspeed * steering + self._offset * fade, self._speed * self._share, 0.0
         (x, y, z), (hx, hy, hz) = self._position, self._nose
         if self._glide:
             wx, wy, wz = wind = self._wind_here()
@@ -104,10 +109,10 @@ class TurningRatePlant:
             airspeed = self._airspeed * self._share
             forward, sideways = self._speed * self._share, 0.0
         drop = hx * y - hy * x  # sin(psi) cos(elevation)
-        fade = min(1.0, airspeed / _LEAST_AIRSPEED)
+        fade = airspeed / _LEAST_AIRSPEED if airspeed < _LEAST_AIRSPEED else 1.0
         turning = self._turn_k * airspeed * steering + self._offset * fade
         if self._gravity:
-            turning += self._gravity / max(_LEAST_AIRSPEED, airspeed) * fade * drop
+            turning += self._gravity / (airspeed if airspeed > _LEAST_AIRSPEED else _LEAST_AIRSPEED) * fade * drop
         if not self._transport:  # hold the turning angle on a straight flight: undo meridian convergence
             turning -= forward * drop * z / max(1e-3, x * x + y * y)
         return turning, forward, sideways

@@ -17,6 +17,7 @@ from sim_bridge.links.wire import BRIDGE_COMPONENT, BRIDGE_SYSTEM, Message, with
 from sim_bridge.runtimes.interface import LEAD_IN_S
 from sim_bridge.runtimes.tick_output import TickOutput, ToldState, clock_us
 
+_STEERING: Final = 2  # place in HIL_ACTUATOR_CONTROLS
 _AROUND: Final = 12  # bytes of a frame that are no payload
 _LAYOUTS: Final = {message: Struct(layout) for message, (layout, *_) in MESSAGES.items()}
 
@@ -53,8 +54,7 @@ class DirectLink:
     def send(self, message: int, values: Sequence[Any]) -> int:
         """Take a message from the firmware; return the bytes of its frame, where the firmware counts them."""
         if message == HIL_ACTUATOR_CONTROLS:
-            _time_us, _flags, steering, *_others = values
-            self.steering = float32(steering)
+            self.steering = float32(values[_STEERING])
             return 0
         if self._encoders:
             buffer = bytearray(LONGEST_FRAME)

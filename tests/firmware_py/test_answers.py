@@ -112,6 +112,30 @@ def test_telemetry_comes_back_after_it_was_off_for_long():
     assert len(of_kind("KITE_STATE", bench.run(10.0))) == 40
 
 
+def test_a_stream_that_is_turned_on_between_the_beats_of_the_others_begins_at_once_and_keeps_its_own():
+    bench = Bench()
+    bench.set(POSITION_HZ=0.0)
+    bench.run(3.3)
+    bench.heard.clear()
+    bench.set(POSITION_HZ=0.5)
+    (set_s,) = [time_s for time_s, message in bench.heard if message.get_type() == "PARAM_VALUE"]
+    bench.run(5.0)
+    sent = [time_s - set_s for time_s, message in bench.heard if message.get_type() == "LOCAL_POSITION_NED"]
+    assert sent == pytest.approx([0.0, 2.0 - PERIOD_S, 4.0 - PERIOD_S])  # it would have been due in the tick before
+
+
+@pytest.mark.parametrize("jump_s", [-100.0, -2.5, 5.0, 600.0, 1000.0])
+def test_a_clock_that_jumps_makes_every_stream_due(jump_s):
+    """Between the beats, where nothing but the state is due."""
+    bench = Bench()
+    bench.run(3.3)
+    assert of_kind("SYS_STATUS", bench.step()) == []
+    bench.time_s = round(bench.time_s + jump_s, 6)
+    messages = bench.step()
+    for kind in ("HEARTBEAT", "SYS_STATUS", "NAMED_VALUE_FLOAT", "KITE_STATE", "LOCAL_POSITION_NED"):
+        assert len(of_kind(kind, messages)) == 1, kind
+
+
 def test_the_position_is_sent_in_the_wires_frame():
     """North-east-down there, downwind-left-up here: y and z change sign; the velocity is that of the way flown."""
     bench = Bench(FlyingKite(azimuth=0.3, elevation=0.5, course=-1.0))

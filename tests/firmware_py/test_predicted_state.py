@@ -73,8 +73,9 @@ class Sky:
         self.actuator.apply_due(0.0)
         dt = self.period / FINE
         for _ in range(round(FINE * share)):
-            self.plant.step(dt, self.actuator.position_after(0.5 * dt), AIR)
-            self.actuator.advance(dt)
+            self.actuator.advance(0.5 * dt)
+            self.plant.step(dt, self.actuator.position, AIR)
+            self.actuator.advance(0.5 * dt)
 
     def see(self) -> None:
         """The firmware gets a perfect sample of the present, at once."""

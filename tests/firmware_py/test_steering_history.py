@@ -35,8 +35,9 @@ def flown(part: Actuator, steering: float, ticks: float) -> list[float]:
     part.apply_due(0.0)
     positions = []
     for _ in range(round(FINE * ticks)):
-        positions.append(part.position_after(0.5 * PERIOD_S / FINE))
-        part.advance(PERIOD_S / FINE)
+        part.advance(0.5 * PERIOD_S / FINE)
+        positions.append(part.position)
+        part.advance(0.5 * PERIOD_S / FINE)
     return positions
 
 
