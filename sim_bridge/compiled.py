@@ -21,6 +21,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 _HERE = Path(__file__).parent
 _FOLDER = "compiled-"
 _SETTINGS: Any = config
+_OPTIONS: Any = {"error_model": "numpy", "no_cfunc_wrapper": True}  # nobody calls that wrapper, and it takes time
 _NoCache: Any = caching.NullCache if caching else object
 
 
@@ -31,7 +32,7 @@ def compiled(function: Function) -> Function:
     """
     if numba is None:
         return function
-    dispatcher: Any = numba.njit(error_model="numpy")(function)
+    dispatcher: Any = numba.njit(**_OPTIONS)(function)
     if hasattr(dispatcher, "enable_caching"):
         dispatcher._cache = _CacheAtFirstCompilation(dispatcher)
     return dispatcher

@@ -44,6 +44,7 @@ MODULES = (
     "sim_bridge.flight.judgement",
     "sim_bridge.flight.truth_table",
     "sim_bridge.links.emulation",
+    "sim_bridge.plants.tethered_truth",
     "sim_bridge.plants.truth",
     "sim_bridge.plants.turning_rate",
     "sim_bridge.runtimes.inproc",

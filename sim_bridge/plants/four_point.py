@@ -10,7 +10,7 @@ from math import asin, atan2, ceil, degrees, sqrt
 import numpy as np
 
 from sim_bridge.errors import ScenarioError
-from sim_bridge.plants.four_point_forces import Sizes, add_forces, advance, kite_frame
+from sim_bridge.plants.four_point_forces import Sizes, add_forces, advance, kite_state, tips_and_top
 from sim_bridge.plants.four_point_geometry import Shape
 from sim_bridge.plants.four_point_settings import FourPointSettings
 from sim_bridge.plants.particles import Points
@@ -49,6 +49,7 @@ class FourPointKite(TetheredKite):
         self._first = self.tether.segments
         kite_masses = self.shape.masses()
         self._shares = kite_masses / np.sum(kite_masses)
+        self._storage = self.sizes.storage()
         slopes = np.diff([coefficient(self.sizes.lift, angle) for angle in np.radians(np.arange(-180.0, 180.0))])
         light = max(1.0 / kite_masses[1], self.sizes.side_area / kite_masses[2])
         self._damping = 0.5 * self.sizes.area_m2 * float(np.max(np.abs(slopes))) / np.radians(1.0) * light
@@ -63,7 +64,6 @@ class FourPointKite(TetheredKite):
         points = self._laid_out(gamma, course)
         self.build(points, np.zeros_like(points), masses, self.tether.springs() + self.shape.springs(self._first - 1),
                    air)
-        self._force = np.zeros_like(points)
         self._trim(gamma, course, air)
 
     def forces(self, x: Points, v: Points, out: Points) -> None:
@@ -80,32 +80,23 @@ class FourPointKite(TetheredKite):
             return
         self.steering = steering
         self.feel(air)
-        apparent = self.apparent_wind()
-        damping = self._damping * self.density * sqrt(float(apparent @ apparent))
+        _, (vx, vy, vz), _ = self.state()
+        wx, wy, wz = self.wind
+        ax, ay, az = wx - vx, wy - vy, wz - vz
+        damping = self._damping * self.density * sqrt(ax * ax + ay * ay + az * az)
         rate = max(1.0 / self._longest_s, min(1.0 / _LEAST_STEP_S, damping / _DAMPING_STEPS))
         steps = max(1, ceil(dt * rate - 1e-6))
-        advance(self.system.x, self.system.v, self._force, dt / steps, steps, self.system.arrays, -steering,
-                self.density, self.wind, self.tether_wind, self.sizes)
+        advance(dt / steps, steps, -steering, self.density, self.wind, self.tether_wind, *self._storage,
+                *self.system.storage)
         self._look_for_trouble()
 
-    def kite_position(self) -> Points:
+    def state(self) -> tuple[Vector, Vector, Vector]:
         """See TetheredKite."""
-        return self._shares @ self.system.x[self._first :]
-
-    def kite_velocity(self) -> Points:
-        """See TetheredKite."""
-        return self._shares @ self.system.v[self._first :]
-
-    def nose(self) -> Points:
-        """See TetheredKite."""
-        return np.array(kite_frame(self.system.x, self._first)[:3])
+        return kite_state(self.system.x, self.system.v, self._first, self._shares)
 
     def _look_for_trouble(self) -> None:
         shape = self.shape
-        pod, _, top, left, right = self.system.x[self._first - 1 :]
-        width, middle = left - right, 0.5 * (left + right)
-        span, up = sqrt(float(width @ width)), middle - pod
-        height = float((top - middle) @ up) / (sqrt(float(up @ up)) + 1e-12)
+        span, height = tips_and_top(self.system.x, self._first)
         if not (span < _BURST * shape.width_m and abs(height) < _BURST * shape.height_m):  # NaN, too
             self.trouble = "the integration diverged: the kite's masses, areas and stiffnesses do not match"
         elif span < _COLLAPSED * shape.width_m:

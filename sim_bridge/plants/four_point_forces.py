@@ -10,9 +10,22 @@ code gives them the tether's.
 from math import atan2, radians, sqrt
 from typing import NamedTuple
 
+import numpy as np
+
 from sim_bridge.compiled import compiled
 from sim_bridge.plants.four_point_settings import FourPointSettings
-from sim_bridge.plants.particles import Points, first_stage, second_stage
+from sim_bridge.plants.particles import (
+    FORCES2,
+    POSITIONS,
+    Q1,
+    V2,
+    VELOCITIES,
+    X2,
+    Points,
+    clear,
+    first_stage,
+    second_stage,
+)
 from sim_bridge.plants.polars import Polars, coefficient, depower_angle
 from sim_bridge.plants.tether import GRAVITY, add_tether_loads
 
@@ -45,6 +58,17 @@ class Sizes(NamedTuple):
             radians(frame.steering_deg), kite.bridle_diameter_m, tether.segments, tether.diameter_m,
             tether.drag_coefficient, *Polars.of(kite))
 
+    def storage(self) -> tuple[Points, Points, Points]:
+        """The same, as `_sizes` takes it."""
+        return np.array(self[:-2], dtype=np.float64), self.lift, self.drag
+
+
+@compiled
+def _sizes(numbers, lift, drag):
+    """The Sizes in their `storage`."""
+    return Sizes(numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5], numbers[6], int(numbers[7]),
+                 numbers[8], numbers[9], lift, drag)
+
 
 @compiled
 def kite_frame(x, first):
@@ -58,6 +82,32 @@ def kite_frame(x, first):
     height = sqrt(zx * zx + zy * zy + zz * zz) + 1e-12
     yx, yy, yz, zx, zy, zz = yx / width, yy / width, yz / width, zx / height, zy / height, zz / height
     return yy * zz - yz * zy, yz * zx - yx * zz, yx * zy - yy * zx, zx, zy, zz, yx, yy, yz
+
+
+@compiled
+def kite_state(x, v, first, shares):
+    """Position and velocity of the centre of mass, whose points have `shares` (4,) of it, and the unit vector x."""
+    px = py = pz = vx = vy = vz = 0.0
+    for point in range(4):
+        share, index = shares[point], first + point
+        px, py, pz = px + share * x[index, 0], py + share * x[index, 1], pz + share * x[index, 2]
+        vx, vy, vz = vx + share * v[index, 0], vy + share * v[index, 1], vz + share * v[index, 2]
+    frame = kite_frame(x, first)
+    return (px, py, pz), (vx, vy, vz), (frame[0], frame[1], frame[2])
+
+
+@compiled
+def tips_and_top(x, first):
+    """Distance of the tips from each other, and how far up from them, away from the pod, the top is [m]."""
+    pod, top, left, right = first - 1, first + 1, first + 2, first + 3
+    width = tip_height = top_height = 0.0
+    for axis in range(3):
+        middle = 0.5 * (x[left, axis] + x[right, axis])
+        up = middle - x[pod, axis]
+        width += (x[left, axis] - x[right, axis]) ** 2
+        tip_height += up * up
+        top_height += (x[top, axis] - middle) * up
+    return sqrt(width), top_height / (sqrt(tip_height) + 1e-12)
 
 
 @compiled
@@ -162,13 +212,20 @@ def add_forces(x, v, masses, ends, steering, density, wind, tether_wind, sizes, 
 
 
 @compiled
-def advance(x, v, force, h, steps, arrays, steering, density, wind, tether_wind, sizes):
-    """Several steps of `h` [s], as ParticleSystem.step does them."""
+def advance(h, steps, steering, density, wind, tether_wind, numbers, lift, drag, points, masses, ends, springs,
+            starts, matrix, lines, air_damping):
+    """Several steps of `h` [s], as ParticleSystem.step does them.
+
+    From `numbers` on: storage of the kite's sizes, and of its particle system.
+    """
+    sizes = _sizes(numbers, lift, drag)
+    x, v, forces = points[POSITIONS], points[VELOCITIES], points[Q1]
+    x2, v2, forces2 = points[X2], points[V2], points[FORCES2]
     for _ in range(steps):
-        force[:, :] = 0.0
-        add_forces(x, v, arrays.masses, arrays.ends, steering, density, wind, tether_wind, sizes, force)
-        set_air_damping(x, v, sizes.segments, steering, density, wind, sizes, arrays.air_damping)
-        first_stage(x, v, force, h, arrays)
-        force[:, :] = 0.0
-        add_forces(arrays.x2, arrays.v2, arrays.masses, arrays.ends, steering, density, wind, tether_wind, sizes, force)
-        second_stage(x, v, force, h, arrays)
+        clear(forces)
+        add_forces(x, v, masses, ends, steering, density, wind, tether_wind, sizes, forces)
+        set_air_damping(x, v, sizes.segments, steering, density, wind, sizes, air_damping)
+        first_stage(h, points, masses, ends, springs, starts, matrix, lines, air_damping)
+        clear(forces2)
+        add_forces(x2, v2, masses, ends, steering, density, wind, tether_wind, sizes, forces2)
+        second_stage(h, points, masses, ends, springs, starts, matrix, lines, air_damping)

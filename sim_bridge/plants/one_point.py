@@ -14,10 +14,21 @@ import numpy as np
 from sim_bridge.compiled import compiled
 from sim_bridge.errors import ScenarioError
 from sim_bridge.plants.kite_settings import OnePointSettings
-from sim_bridge.plants.particles import Points, first_stage, second_stage
+from sim_bridge.plants.particles import (
+    FORCES2,
+    POSITIONS,
+    Q1,
+    V2,
+    VELOCITIES,
+    X2,
+    Points,
+    clear,
+    first_stage,
+    second_stage,
+)
 from sim_bridge.plants.polars import Polars, coefficient, depower_angle
 from sim_bridge.plants.tether import GRAVITY, Tether, add_tether_loads, lower_density
-from sim_bridge.plants.tethered_kite import TetheredKite, check_start_height, start_air, tangent_part
+from sim_bridge.plants.tethered_kite import TetheredKite, check_start_height, flies_on, start_air, tangent_part
 from sim_bridge.plants.truth import Vector
 from sim_bridge.wind.air import Air
 from sim_bridge.wind.wind_settings import WindSettings
@@ -52,6 +63,10 @@ class _Sizes(NamedTuple):
             kite.bridle_length_m * kite.bridle_diameter_m, tether.diameter_m, tether.drag_coefficient,
             *Polars.of(kite))
 
+    def storage(self) -> tuple[Points, Points, Points]:
+        """The same, as `_sizes` takes it."""
+        return np.array(self[:-2]), self.lift, self.drag
+
 
 class OnePointKite(TetheredKite):
     """The last point of the tether is kite and control pod in one.
@@ -66,6 +81,7 @@ class OnePointKite(TetheredKite):
     def __init__(self, settings: OnePointSettings, wind: WindSettings, position: Vector, direction: Vector):
         super().__init__(Tether.of(settings.tether, settings.line_length_m), wind, settings.step_s)
         self.sizes = _Sizes.of(settings)
+        self._storage = self.sizes.storage()
         masses = self.tether.masses()
         masses[-1] *= 2.0  # as published, a whole segment
         masses[-1] += settings.kite.mass_kg + settings.kite.pod_mass_kg
@@ -73,7 +89,6 @@ class OnePointKite(TetheredKite):
         check_start_height("one-point", settings.line_length_m * float(gamma[2]))
         points = self.tether.straight(self.tether.length_m * gamma)
         self.build(points, np.zeros_like(points), masses, self.tether.springs(), start_air(wind))
-        self._force = np.zeros_like(points)
         self._damping = self._greatest_damping()
         tether = self.tether
         node_kg, stiffness = tether.segment_m * tether.mass_kg_m, tether.stiffness_n / tether.segment_m
@@ -91,21 +106,20 @@ class OnePointKite(TetheredKite):
             return
         self.steering = steering
         self.feel(air)
-        _advance(self.system.x, self.system.v, self._force, dt, self._longest_s, self._damping, self.system.arrays,
-                 steering, self.density, self.wind, self.tether_wind, self.sizes)
-        self._look_for_trouble()
+        if not _advance(dt, self._longest_s, self._damping, steering, self.density, self.wind, self.tether_wind,
+                        *self._storage, *self.system.storage):
+            self._look_for_trouble()
 
-    def kite_position(self) -> Points:
+    def state(self) -> tuple[Vector, Vector, Vector]:
+        """See TetheredKite; the nose points into the apparent wind."""
+        x, y, z = self.system.x[-1].tolist()
+        vx, vy, vz = self.system.v[-1].tolist()
+        wx, wy, wz = self.wind
+        return (x, y, z), (vx, vy, vz), (vx - wx, vy - wy, vz - wz)
+
+    def height(self) -> float:
         """See TetheredKite."""
-        return self.system.x[-1]
-
-    def kite_velocity(self) -> Points:
-        """See TetheredKite."""
-        return self.system.v[-1]
-
-    def nose(self) -> Points:
-        """Into the apparent wind."""
-        return -self.apparent_wind()
+        return float(self.system.x[-1, 2])
 
     def lift_and_drag(self) -> tuple[float, float]:
         """Size of the kite's lift and drag [N], negative lift pulling inwards."""
@@ -136,7 +150,7 @@ class OnePointKite(TetheredKite):
             self.forces(system.x, system.v, force)
             return float(share @ (force @ course))
 
-        wind = sqrt(float(self.wind @ self.wind))
+        wind = float(np.linalg.norm(self.wind))
         speeds = wind * _START_SPEEDS
         driven = [i for i, speed in enumerate(speeds) if push(speed) > 0.0]
         where = f"plant.kind = one-point: in {wind:.1f} m/s of wind the kite cannot fly at the start"
@@ -153,6 +167,13 @@ class OnePointKite(TetheredKite):
         stretch = 1.0 + pull / self.tether.stiffness_n
         system.x *= stretch
         system.v *= stretch
+
+
+@compiled
+def _sizes(numbers, lift, drag):
+    """The _Sizes in their `storage`."""
+    return _Sizes(numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5], numbers[6], numbers[7],
+                  numbers[8], lift, drag)
 
 
 @compiled
@@ -216,17 +237,25 @@ def _add_forces(x, v, masses, steering, density, wind, tether_wind, sizes, out):
 
 
 @compiled
-def _advance(x, v, force, dt, longest, damping, arrays, steering, density, wind, tether_wind, sizes):
-    """Steps as ParticleSystem's, none longer than `longest` [s] or than the air's damping bears."""
+def _advance(dt, longest, damping, steering, density, wind, tether_wind, numbers, lift, drag, points, masses, ends,
+             springs, starts, matrix, lines, air_damping):
+    """Steps as ParticleSystem's, none longer than `longest` [s] or than the air's damping bears.
+
+    Returns whether the kite flies on. From `numbers` on: storage of the kite's sizes, and of its particle system.
+    """
+    sizes = _sizes(numbers, lift, drag)
+    x, v, forces = points[POSITIONS], points[VELOCITIES], points[Q1]
+    x2, v2, forces2 = points[X2], points[V2], points[FORCES2]
     last = len(x) - 1
     ax, ay, az = wind[0] - v[last, 0], wind[1] - v[last, 1], wind[2] - v[last, 2]
     rate = damping * density * sqrt(ax * ax + ay * ay + az * az) / _DAMPING_STEPS
     steps = max(1, ceil(dt / longest - 1e-6), min(_MOST_STEPS, ceil(dt * rate)))
     h = dt / steps
     for _ in range(steps):
-        force[:, :] = 0.0
-        _add_forces(x, v, arrays.masses, steering, density, wind, tether_wind, sizes, force)
-        first_stage(x, v, force, h, arrays)
-        force[:, :] = 0.0
-        _add_forces(arrays.x2, arrays.v2, arrays.masses, steering, density, wind, tether_wind, sizes, force)
-        second_stage(x, v, force, h, arrays)
+        clear(forces)
+        _add_forces(x, v, masses, steering, density, wind, tether_wind, sizes, forces)
+        first_stage(h, points, masses, ends, springs, starts, matrix, lines, air_damping)
+        clear(forces2)
+        _add_forces(x2, v2, masses, steering, density, wind, tether_wind, sizes, forces2)
+        second_stage(h, points, masses, ends, springs, starts, matrix, lines, air_damping)
+    return flies_on(x, x[last, 2])

@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_bridge.compiled import compiled
+from sim_bridge.plants.envelope_cholesky import envelope, factor, solve
 
 Points = NDArray[np.float64]
 Forces = Callable[[Points, Points, Points], None]  # (positions, velocities, out): adds to `out` (n, 3) [N]
@@ -45,50 +46,49 @@ class Spring(NamedTuple):
     extension_damping: float = 1.0  # factor on the damping in extension
 
 
-class Arrays(NamedTuple):
-    """What the two stages of a step work on, beside the state and the forces."""
+class Storage(NamedTuple):
+    """All that a step works on, as compiled code takes it: array by array, since a tuple costs it 1 us a call."""
 
+    points: Points  # (7, n, 3), see POSITIONS to V2
     masses: Points  # (n,)
     ends: NDArray[np.int64]  # (springs, 2)
     springs: Points  # (springs, 5), the rest of Spring
     starts: NDArray[np.int64]  # (n,), the matrix's envelope
     matrix: Points
-    p1: Points
-    q1: Points
-    x2: Points  # where the second stage takes its forces
-    v2: Points
     lines: Points  # (springs, 6), of the first stage: direction, tension over length, stiffness, damping
     air_damping: Points  # (n, 3, 3), what the outer forces lose by each point's velocity, symmetric; 0 is good, too
+
+
+POSITIONS, VELOCITIES = 0, 1  # in Storage.points
+P1, Q1 = 2, 3  # the first stage takes its forces in Q1,
+X2, V2 = 4, 5  # the second one is at these positions and velocities
+FORCES2 = 6  # and takes its forces here
 
 
 class ParticleSystem:
     """State: positions `x` and velocities `v`, (n, 3) each, in the wind frame.
 
-    `step` suits forces in plain Python; compiled ones call `first_stage` and `second_stage` with `arrays`.
+    `step` suits forces in plain Python; compiled ones call `first_stage` and `second_stage` with the `storage`.
     """
 
     def __init__(self, positions: Points, velocities: Points, masses: Points, springs: Sequence[Spring]):
-        self.x = np.array(positions, dtype=np.float64)
-        self.v = np.array(velocities, dtype=np.float64)
-        self.masses = np.array(masses, dtype=np.float64)
-        count = len(self.masses)
-        self.ends = np.array([spring[:2] for spring in springs], dtype=np.int64)
-        self.springs = np.array([spring[2:] for spring in springs], dtype=np.float64)
-        p1, q1, x2, v2 = (np.zeros((count, 3)) for _ in range(4))
-        self.arrays = Arrays(
-            self.masses, self.ends, self.springs, _envelope(count, self.ends), np.zeros((3 * count, 3 * count)),
-            p1, q1, x2, v2, np.zeros((len(springs), 6)), np.zeros((count, 3, 3)))
-        self._force = np.zeros((count, 3))
+        count = len(masses)
+        ends = np.array([spring[:2] for spring in springs], dtype=np.int64)
+        self.storage = Storage(
+            np.zeros((7, count, 3)), np.array(masses, dtype=np.float64), ends,
+            np.array([spring[2:] for spring in springs], dtype=np.float64), envelope(count, ends),
+            np.zeros((3 * count, 3 * count)), np.zeros((len(springs), 6)), np.zeros((count, 3, 3)))
+        points, self.masses, self.ends, self.springs, *_ = self.storage
+        points[POSITIONS], points[VELOCITIES] = positions, velocities
+        self.x, self.v = points[POSITIONS], points[VELOCITIES]
+        self._stages = (self.x, self.v, points[Q1]), (points[X2], points[V2], points[FORCES2])
 
     def step(self, dt: float, forces: Forces) -> None:
         """Move on by `dt` [s] under the springs and what `forces` adds; it is called twice."""
-        force = self._force
-        force.fill(0.0)
-        forces(self.x, self.v, force)
-        first_stage(self.x, self.v, force, dt, self.arrays)
-        force.fill(0.0)
-        forces(self.arrays.x2, self.arrays.v2, force)
-        second_stage(self.x, self.v, force, dt, self.arrays)
+        for stage, (x, v, force) in zip((first_stage, second_stage), self._stages, strict=True):
+            force.fill(0.0)
+            forces(x, v, force)
+            stage(dt, *self.storage)
 
     def tension(self, spring: int) -> float:
         """Force in a spring [N], negative in compression."""
@@ -104,34 +104,25 @@ class ParticleSystem:
         return float(_damping_power(self.x, self.v, self.ends, self.springs))
 
 
-def _envelope(count: int, ends: NDArray[np.int64]) -> NDArray[np.int64]:
-    """For each point the first one that it is coupled to: left of that the matrix is empty."""
-    starts = np.arange(count)
-    for first, second in ends:
-        low, high = min(first, second), max(first, second)
-        if low >= 0:
-            starts[high] = min(starts[high], low)
-    return starts
-
-
 @compiled
 def _spring(x, v, ends, springs, index):
-    """Direction from the first to the second end, length, tension, and effective stiffness and damping."""
-    i, j = ends[index, 0], ends[index, 1]
-    ex, ey, ez = -x[i, 0], -x[i, 1], -x[i, 2]
-    wx, wy, wz = -v[i, 0], -v[i, 1], -v[i, 2]
-    if j >= 0:
-        ex, ey, ez = ex + x[j, 0], ey + x[j, 1], ez + x[j, 2]
-        wx, wy, wz = wx + v[j, 0], wy + v[j, 1], wz + v[j, 2]
+    """Direction from the first to the second end, length, tension, and effective stiffness and damping.
+
+    Arrays are read before any branch: after one, numba counts references to them, which takes longer than all of this.
+    """
+    i, j = ends[index, 0], max(0, ends[index, 1])
+    far = 0.0 if ends[index, 1] == GROUND else 1.0
+    ex, ey, ez = far * x[j, 0] - x[i, 0], far * x[j, 1] - x[i, 1], far * x[j, 2] - x[i, 2]
+    wx, wy, wz = far * v[j, 0] - v[i, 0], far * v[j, 1] - v[i, 1], far * v[j, 2] - v[i, 2]
+    unstretched, stiffness, damping = springs[index, 0], springs[index, 1], springs[index, 2]
+    compression, extension_damping = springs[index, 3], springs[index, 4]
     length = sqrt(ex * ex + ey * ey + ez * ez) + 1e-12
     ex, ey, ez = ex / length, ey / length, ez / length
-    stretch = length - springs[index, 0]
-    stiffness = springs[index, 1]
-    damping = springs[index, 2]
+    stretch = length - unstretched
     if stretch < 0.0:
-        stiffness *= springs[index, 3]
+        stiffness *= compression
     else:
-        damping *= springs[index, 4]
+        damping *= extension_damping
     tension = stiffness * stretch + damping * (ex * wx + ey * wy + ez * wz)
     return ex, ey, ez, length, tension, stiffness, damping
 
@@ -161,10 +152,10 @@ def _note_lines(x, v, ends, springs, out, lines):
     """Add the springs' forces to `out`, and fill in `lines`."""
     for index in range(len(ends)):
         ex, ey, ez, length, tension, _, _ = _spring(x, v, ends, springs, index)
-        _pull(ends, index, tension * ex, tension * ey, tension * ez, out)
         lines[index, 0], lines[index, 1], lines[index, 2] = ex, ey, ez
         lines[index, 3], lines[index, 4] = max(tension, 0.0) / length, springs[index, 1]
         lines[index, 5] = springs[index, 2] * max(1.0, springs[index, 4])
+        _pull(ends, index, tension * ex, tension * ey, tension * ez, out)
 
 
 @compiled
@@ -182,11 +173,12 @@ def _add_stiffness_times(ends, lines, w, factor, out):
 
 
 @compiled
-def _assemble(masses, ends, lines, air_damping, h, matrix):
-    """Lower triangle of M - h C - h^2 K."""
-    matrix[:, :] = 0.0
+def _assemble(masses, ends, starts, lines, air_damping, h, matrix):
+    """Lower triangle of M - h C - h^2 K, within its envelope."""
     for point in range(len(masses)):
         for row in range(3):
+            for column in range(3 * starts[point], 3 * point):
+                matrix[3 * point + row, column] = 0.0
             for column in range(3):
                 matrix[3 * point + row, 3 * point + column] = h * air_damping[point, row, column]
             matrix[3 * point + row, 3 * point + row] += masses[point]
@@ -207,45 +199,22 @@ def _assemble(masses, ends, lines, air_damping, h, matrix):
 
 
 @compiled
-def _factor(matrix, starts):
-    """Cholesky factor in the lower triangle of `matrix`, within its envelope."""
-    for row in range(len(matrix)):
-        first = 3 * starts[row // 3]
-        for column in range(first, row + 1):
-            value = matrix[row, column]
-            for k in range(max(first, 3 * starts[column // 3]), column):
-                value -= matrix[row, k] * matrix[column, k]
-            matrix[row, column] = sqrt(value) if row == column else value / matrix[column, column]
+def clear(forces):
+    """Set `forces` (n, 3) to 0; forces[:, :] = 0.0 takes a second to compile."""
+    for point in range(len(forces)):
+        forces[point, 0] = forces[point, 1] = forces[point, 2] = 0.0
 
 
 @compiled
-def _solve(matrix, starts, vector):
-    """Solve in place with the factor from `_factor`; `vector` is (n, 3)."""
-    size = len(matrix)
-    for row in range(size):
-        value = vector[row // 3, row % 3]
-        for k in range(3 * starts[row // 3], row):
-            value -= matrix[row, k] * vector[k // 3, k % 3]
-        vector[row // 3, row % 3] = value / matrix[row, row]
-    for row in range(size - 1, -1, -1):
-        value = vector[row // 3, row % 3] / matrix[row, row]
-        vector[row // 3, row % 3] = value
-        for k in range(3 * starts[row // 3], row):
-            vector[k // 3, k % 3] -= matrix[row, k] * value
-
-
-@compiled
-def first_stage(x, v, force, h, arrays):
-    """First stage; `force` holds the external forces at (x, v), (x2, v2) becomes the point of the second stage."""
-    masses, ends, springs, starts, matrix, p1, q1, x2, v2, lines, air_damping = arrays
-    for i in range(len(masses)):  # not q1[:, :] = force: that takes seconds to compile
-        for axis in range(3):
-            q1[i, axis] = force[i, axis]
+def first_stage(h, points, masses, ends, springs, starts, matrix, lines, air_damping):
+    """First stage; Q1 holds the external forces at (x, v), and (X2, V2) becomes the point of the second stage."""
+    x, v, p1, q1 = points[POSITIONS], points[VELOCITIES], points[P1], points[Q1]
+    x2, v2 = points[X2], points[V2]
     _note_lines(x, v, ends, springs, q1, lines)
-    _assemble(masses, ends, lines, air_damping, _GAMMA * h, matrix)
-    _factor(matrix, starts)
+    _assemble(masses, ends, starts, lines, air_damping, _GAMMA * h, matrix)
+    factor(matrix, starts)
     _add_stiffness_times(ends, lines, v, _GAMMA * h, q1)
-    _solve(matrix, starts, q1)
+    solve(matrix, starts, q1)
     for i in range(len(masses)):
         for axis in range(3):
             p1[i, axis] = v[i, axis] + _GAMMA * h * q1[i, axis]
@@ -254,16 +223,17 @@ def first_stage(x, v, force, h, arrays):
 
 
 @compiled
-def second_stage(x, v, force, h, arrays):
-    """Second stage, and the step; `force` holds the external forces at (x2, v2) and is used up."""
-    masses, ends, springs, starts, matrix, p1, q1, x2, v2, lines, _ = arrays
+def second_stage(h, points, masses, ends, springs, starts, matrix, lines, air_damping):
+    """Second stage, and the step; FORCES2 holds the external forces at (X2, V2) and is used up."""
+    x, v, p1, q1 = points[POSITIONS], points[VELOCITIES], points[P1], points[Q1]
+    x2, v2, force = points[X2], points[V2], points[FORCES2]
     _add_spring_forces(x2, v2, ends, springs, force)
     for i in range(len(masses)):
         for axis in range(3):
             force[i, axis] -= 2.0 * masses[i] * q1[i, axis]
             v2[i, axis] -= 2.0 * p1[i, axis]
     _add_stiffness_times(ends, lines, v2, _GAMMA * h, force)
-    _solve(matrix, starts, force)
+    solve(matrix, starts, force)
     for i in range(len(masses)):
         for axis in range(3):
             q2 = force[i, axis]

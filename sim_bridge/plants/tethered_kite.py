@@ -2,16 +2,18 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from math import atan2, isfinite, sqrt
+from math import isfinite
 
 import numpy as np
 
+from sim_bridge.compiled import compiled
 from sim_bridge.errors import ScenarioError
 from sim_bridge.plants.particles import ParticleSystem, Points, Spring
 from sim_bridge.plants.tether import Tether
-from sim_bridge.plants.truth import Truth
+from sim_bridge.plants.tethered_truth import truth_of
+from sim_bridge.plants.truth import Truth, Vector
 from sim_bridge.wind.air import Air
-from sim_bridge.wind.profile import LAWS, air_density, wind_at
+from sim_bridge.wind.profile import LAWS, air_on_tether
 from sim_bridge.wind.wind import MeanWind
 from sim_bridge.wind.wind_settings import WindSettings
 
@@ -21,7 +23,7 @@ _LEAST_HEIGHT_M = 0.5
 class TetheredKite(ABC):
     """A particle system whose first points are the tether's; the kite's own come after them.
 
-    Subclasses fill in the forces, and say where the kite is and where its nose points.
+    Subclasses fill in the forces, and tell the state of the kite.
     """
 
     def __init__(self, tether: Tether, wind: WindSettings, step_s: float):
@@ -32,8 +34,8 @@ class TetheredKite(ABC):
         self._exponent = wind.exponent
         self.steering = 0.0
         self.density = 0.0
-        self.wind = np.zeros(3)  # at the kite [m/s]
-        self.tether_wind = np.zeros(3)  # at half its height
+        self.wind: Vector = 0.0, 0.0, 0.0  # at the kite [m/s]
+        self.tether_wind: Vector = 0.0, 0.0, 0.0  # at half its height
         self.system: ParticleSystem
 
     def build(self, positions: Points, velocities: Points, masses: Points, springs: Sequence[Spring],
@@ -47,16 +49,27 @@ class TetheredKite(ABC):
         """Add all forces but the springs' to `out` (n, 3) [N]."""
 
     @abstractmethod
+    def state(self) -> tuple[Vector, Vector, Vector]:
+        """Position [m] and velocity [m/s] of the kite, and the direction of its nose.
+
+        That need not be tangent to the sphere, nor of unit length.
+        """
+
+    def height(self) -> float:
+        """Height of the kite [m]."""
+        return self.state()[0][2]
+
     def kite_position(self) -> Points:
         """Where the kite is (3,) [m]."""
+        return np.array(self.state()[0])
 
-    @abstractmethod
     def kite_velocity(self) -> Points:
         """How it moves (3,) [m/s]."""
+        return np.array(self.state()[1])
 
-    @abstractmethod
     def nose(self) -> Points:
-        """Direction of its nose (3,); need not be tangent to the sphere, nor of unit length."""
+        """Direction of its nose (3,); see `state`."""
+        return np.array(self.state()[2])
 
     def apparent_wind(self) -> Points:
         """Apparent wind at the kite (3,) [m/s]."""
@@ -64,10 +77,7 @@ class TetheredKite(ABC):
 
     def feel(self, air: Air) -> None:
         """Update wind and air density for the kite's height."""
-        height = max(0.0, float(self.kite_position()[2]))
-        self.density = air_density(height)
-        self.wind[:] = wind_at(air, self._law, self._exponent, height)
-        self.tether_wind[:] = wind_at(air, self._law, self._exponent, 0.5 * height)
+        self.density, self.wind, self.tether_wind = air_on_tether(air, self._law, self._exponent, self.height())
 
     def step(self, dt: float, steering: float, air: Air) -> None:
         """Fly on by `dt` [s]; see Plant."""
@@ -80,23 +90,14 @@ class TetheredKite(ABC):
 
     def truth(self) -> Truth:
         """See Plant."""
-        x, y, z = self.kite_position().tolist()
-        distance = sqrt(x * x + y * y + z * z)
-        gamma = x, y, z = x / distance, y / distance, z / distance
-        vx, vy, vz = self.kite_velocity().tolist()
-        away = vx * x + vy * y + vz * z
-        rate = (vx - away * x) / distance, (vy - away * y) / distance, (vz - away * z) / distance
-        ax, ay, az = self.apparent_wind().tolist()
-        return Truth(
-            gamma, rate, _turning_angle(gamma, rate), _turning_angle(gamma, self.nose().tolist()), distance,
-            sqrt(ax * ax + ay * ay + az * az), max(0.0, self.system.tension(0)))
+        return truth_of(*self.state(), self.wind, self.system.tension(0))
 
     def _look_for_trouble(self) -> None:
-        height, x = float(self.kite_position()[2]), self.system.x
+        height, x = self.height(), self.system.x
         if not isfinite(np.vdot(x, x)):  # the fastest way to ask all of them
             self.trouble = f"the integration diverged: a step of {self.step_s:g} s is too long"
         elif height < _LEAST_HEIGHT_M:
-            wind = sqrt(float(self.wind @ self.wind))
+            wind = np.linalg.norm(self.wind)
             slack = ", tether slack" if self.system.tension(0) <= 0.0 else ""
             self.trouble = f"the kite crashed in {wind:.1f} m/s of wind{slack}"
 
@@ -129,6 +130,10 @@ def tangent_part(position: Points, direction: Points) -> Points:
     return tangent / np.linalg.norm(tangent)
 
 
-def _turning_angle(gamma: Sequence[float], direction: Sequence[float]) -> float:
-    (x, y, z), (dx, dy, dz) = gamma, direction
-    return atan2(dx * y - dy * x, dz - (dx * x + dy * y + dz * z) * z)
+@compiled
+def flies_on(x, height):
+    """Whether all points `x` (n, 3) are finite and the kite's `height` [m] is no crash: no need to look for trouble."""
+    squares = 0.0
+    for point in range(len(x)):
+        squares += x[point, 0] * x[point, 0] + x[point, 1] * x[point, 1] + x[point, 2] * x[point, 2]
+    return isfinite(squares) and height >= _LEAST_HEIGHT_M

@@ -8,6 +8,8 @@ from typing import Final
 
 from sim_bridge.wind.air import Air
 
+Vector = tuple[float, float, float]
+
 REFERENCE_HEIGHT_M: Final = 6.0
 _ROUGHNESS_M: Final = 2e-4
 CONSTANT: Final = 0
@@ -33,9 +35,15 @@ def air_density(height: float) -> float:
     return 1.225 * exp(-height / 8550.0)
 
 
-def wind_at(air: Air, law: int, exponent: float, height: float) -> tuple[float, float, float]:
+def wind_at(air: Air, law: int, exponent: float, height: float) -> Vector:
     """Wind vector [m/s] in the wind frame at `height` [m]; see Air."""
     mean = air.speed_m_s * profile_factor(law, exponent, height)
     c, s = cos(air.direction_rad), sin(air.direction_rad)
     along, across = mean * air.gust, mean * air.across
     return c * along - s * across, s * along + c * across, mean * air.vertical
+
+
+def air_on_tether(air: Air, law: int, exponent: float, height: float) -> tuple[float, Vector, Vector]:
+    """Density [kg/m^3] and wind [m/s] at a kite's `height` [m], which may be below ground, and wind at half of it."""
+    above = max(0.0, height)
+    return air_density(above), wind_at(air, law, exponent, above), wind_at(air, law, exponent, 0.5 * above)

@@ -71,25 +71,22 @@ class VortexLatticeKite(TetheredKite):
         share_out(x[first:], self._point_mass, self.frame, self.pose, loads, out[first:])
         add_bridle_drag(v[first - 1:], self.wind, 0.5 * self.density * self._bridle_drag_m2, out[first - 1:])
 
-    def kite_position(self) -> Points:
-        """The wing's centre of mass (3,) [m]."""
-        return _mean(self.system.x, self.tether.segments)
+    def state(self) -> tuple[Vector, Vector, Vector]:
+        """Position and velocity of the wing's centre of mass, and the way from its tail to its nose."""
+        x, v = self.system.x[-4:].tolist(), self.system.v[-4:].tolist()
+        (nx, ny, nz), (tx, ty, tz) = x[NOSE], x[TAIL]
+        return _mean(x), _mean(v), (nx - tx, ny - ty, nz - tz)
 
-    def kite_velocity(self) -> Points:
-        """Velocity of the wing's centre of mass (3,) [m/s]."""
-        return _mean(self.system.v, self.tether.segments)
-
-    def nose(self) -> Points:
-        """From the tail to the nose (3,)."""
-        first = self.tether.segments
-        return self.system.x[first + NOSE] - self.system.x[first + TAIL]
+    def height(self) -> float:
+        """See TetheredKite."""
+        return _mean(self.system.x[-4:].tolist())[2]
 
     def _set_off(self, air: Air, position: Array, direction: Array, corners: Array) -> None:
         """Place everything as in steady flight along `direction`: the tether straight, all turning about its foot."""
         course = tangent_part(position, direction)
         height = (self.tether.length_m + self.centre[2]) * position[2]
         self.density = air_density(height)
-        self.wind[:] = wind_at(air, self._law, self._exponent, height)
+        self.wind = wind_at(air, self._law, self._exponent, height)
         flight = self._steady_flight(position, course)
         drift = self.wind - (self.wind @ position) * position
         side = np.cross(position, course)
@@ -129,5 +126,6 @@ def arc_wing(wing: WingSettings) -> ArcWing:
     return ArcWing(**sizes, steering_twist_rad=radians(wing.steering_twist_deg))
 
 
-def _mean(points: Points, first: int) -> Points:
-    return 0.25 * (points[first] + points[first + 1] + points[first + 2] + points[first + 3])
+def _mean(points: list[list[float]]) -> Vector:
+    (ax, ay, az), (bx, by, bz), (cx, cy, cz), (dx, dy, dz) = points
+    return 0.25 * (ax + bx + cx + dx), 0.25 * (ay + by + cy + dy), 0.25 * (az + bz + cz + dz)
