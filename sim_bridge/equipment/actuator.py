@@ -1,11 +1,17 @@
-"""The steering actuator: dead time, saturation, rate limit, first-order lag, solved exactly between commands."""
+"""The steering actuator: dead time, saturation, dead band, rate limit, first-order lag, and play behind the motor.
 
-from math import exp
+All of it is solved exactly between commands. The motor then goes one way, so that the play is taken up at most once.
+"""
+
 from typing import Final
 
 from sim_bridge.equipment.actuator_settings import ActuatorSettings
+from sim_bridge.equipment.approach import Approach
 
 _NEVER: Final = float("inf")
+# Of the dead band: so near to the command the motor has reached it. With a lag it would be on its way for ever.
+_ARRIVED: Final = 1e-6
+_ARRIVED_WITH_LAG: Final = 0.05
 
 
 class _Command:
@@ -17,15 +23,21 @@ class _Command:
 
 
 class Actuator:
-    """`position` is the actual steering at the time reached so far."""
+    """`position` is the actual steering at the time reached so far, `motor` that of the motor, before the play.
+
+    A sensor on the motor's side measures `motor`. Without backlash the two are the same.
+    """
 
     def __init__(self, settings: ActuatorSettings):
         self._dead_time = settings.dead_time_s
-        self._rate = settings.rate_limit_per_s
         self._saturation = settings.saturation
-        self._lag = settings.lag_s
-        self.ideal = not self._rate and not self._lag
+        self._dead_band = settings.dead_band
+        self._half_play = 0.5 * settings.backlash
+        self.ideal = not settings.rate_limit_per_s and not settings.lag_s
+        self._stop = settings.dead_band * (_ARRIVED_WITH_LAG if settings.lag_s else _ARRIVED)
+        self._approach = Approach(settings.rate_limit_per_s, settings.lag_s, self._stop)
         self.position = 0.0
+        self.motor = 0.0
         self._target = 0.0
         self._pending: list[_Command] = []
 
@@ -42,42 +54,58 @@ class Actuator:
         while self.next_change() <= time_s:
             target = self._pending.pop(0).steering
             limit = self._saturation
-            self._target = max(-limit, min(limit, target)) if limit else target
-        if self.ideal:
-            self.position = self._target
+            target = max(-limit, min(limit, target)) if limit else target
+            moves = self._target != self.motor
+            if moves or abs(target - self.motor) >= self._dead_band:
+                self._target = target
+            if self.ideal:
+                self.motor = self._target
+                self.position = self._behind_play(self.motor)
 
     def position_after(self, dt: float) -> float:
         """Position `dt` [s] on, while no further command is felt."""
-        error = self._target - self.position
-        if not error or self.ideal:
-            return self._target
-        size, sign = abs(error), 1.0 if error > 0 else -1.0
-        if self._rate:
-            slow = self._rate * self._lag  # error below which the lag is slower than the rate limit
-            if size > slow:
-                ramp = min(dt, (size - slow) / self._rate)
-                size -= self._rate * ramp
-                dt -= ramp
-        size = size * exp(-dt / self._lag) if self._lag else (size if self._rate else 0.0)
-        return self._target - sign * size
+        return self._behind_play(self._target - self._left_after(dt))
 
     def mean_over(self, dt: float) -> float:
         """Mean position over the next `dt` [s], while no further command is felt."""
-        error = self._target - self.position
+        if self._half_play:
+            return self._mean_behind_play(dt)
+        error = self._target - self.motor
         if not error or self.ideal:
             return self._target
-        size, sign, left = abs(error), 1.0 if error > 0 else -1.0, dt
-        missed = 0.0  # integral of the error's size
-        slow = self._rate * self._lag
-        if self._rate and size > slow:
-            ramp = min(dt, (size - slow) / self._rate)
-            missed = ramp * (size - 0.5 * self._rate * ramp)
-            size -= self._rate * ramp
-            left -= ramp
-        if self._lag:
-            missed += size * self._lag * (1.0 - exp(-left / self._lag))
-        return self._target - sign * missed / dt
+        size, sign = abs(error), 1.0 if error > 0 else -1.0
+        return self._target - sign * self._approach.integral(size, dt) / dt
 
     def advance(self, dt: float) -> None:
         """Move on by `dt` [s]."""
-        self.position = self.position_after(dt)
+        left = self._left_after(dt)
+        self.motor = self._target - left
+        self.position = self._behind_play(self.motor)
+        if abs(left) <= self._stop:
+            self._target = self.motor
+
+    def _left_after(self, dt: float) -> float:
+        """By how much the motor is short of its target `dt` [s] on."""
+        error = self._target - self.motor
+        if not error or self.ideal:
+            return 0.0
+        return (1.0 if error > 0 else -1.0) * self._approach.size_after(abs(error), dt)
+
+    def _behind_play(self, motor: float) -> float:
+        """The steering when the motor has come to `motor`, on one way from where it is."""
+        play = self._half_play
+        return max(motor - play, min(motor + play, self.position)) if play else motor
+
+    def _mean_behind_play(self, dt: float) -> float:
+        """The steering rests until the play is taken up, and follows half of it behind the motor then."""
+        error = self._target - self.motor
+        if not error or self.ideal:
+            return self.position
+        size, sign = abs(error), 1.0 if error > 0 else -1.0
+        taken_up = min(size, sign * (self._target - self.position) - self._half_play)  # the size at which it is
+        rest = self._approach.time_until(size, taken_up)
+        if rest >= dt:
+            return self.position
+        follow = dt - rest
+        ahead = self._target - sign * self._half_play
+        return (rest * self.position + follow * ahead - sign * self._approach.integral(taken_up, follow)) / dt

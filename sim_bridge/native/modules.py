@@ -39,6 +39,7 @@ MODULES = (
     "firmware_py.timing",
     "protocol.single_precision",
     "sim_bridge.equipment.actuator",
+    "sim_bridge.equipment.approach",
     "sim_bridge.equipment.sensors",
     "sim_bridge.flight.flight",
     "sim_bridge.flight.judgement",
