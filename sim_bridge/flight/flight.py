@@ -48,7 +48,7 @@ class Flight:
         self._stations = stations
         self._watch = watch
         seed = scenario.run.seed
-        self._sensors = Sensors(scenario.sensors, seed)
+        self._sensors = Sensors(scenario.sensors, seed, scenario.errors)
         eight_m = scenario.plant.line_length_m * sin(radians(scenario.parameter("EIGHT_ELEVATION")))
         self._wind = Wind(scenario.wind, self.period_s, seed, eight_m)
         self._start = self.plant.truth()
@@ -81,8 +81,9 @@ class Flight:
         flying = tick >= 0
         truth = self.plant.truth() if flying else lead_in(self._start, time_s)
         self.actuator.apply_due(time_s + 1e-9)
+        self._sensors.follow(time_s, truth, self.actuator.motor)
         if self._sensors.is_due(time_s):
-            sample = self._sensors.sample(clock_us(time_s), truth, self.actuator.position)
+            sample = self._sensors.sample(clock_us(time_s), truth, self.actuator.motor)
             self._down.send(time_s, sample, SAMPLE_BYTES)
         samples: list[Sample] = [parcel.item for parcel in self._down.due(time_s)]
         datagrams = self._hear_stations(time_s)
