@@ -5,8 +5,7 @@ from math import ceil, inf, nan, radians, sin
 from typing import Any
 
 from kite_analysis.figure_eight import TargetEight
-from kite_analysis.metrics import Metrics, Track, measure
-from kite_analysis.verdicts import NOT_MEASURED
+from kite_analysis.metrics import Metrics, Track, measure, not_measured
 from sim_bridge.equipment.actuator import Actuator
 from sim_bridge.equipment.sensors import SAMPLE_BYTES, Sample, Sensors
 from sim_bridge.flight.judgement import Judge, recent_errors
@@ -143,7 +142,7 @@ class Flight:
     def metrics(self) -> Metrics:
         """The flight's numbers and the verdict, after the scenario's settling time."""
         if not len(self.truth):
-            return Metrics(None, None, None, None, None, NOT_MEASURED, "interrupted before the flight began")
+            return not_measured("interrupted before the flight began")
         return measure(self.track(), self.scenario.run.settle_s, self.trouble)
 
     def recent_errors(self, seconds: float) -> tuple[float, float]:
