@@ -68,6 +68,13 @@ def test_a_motor_with_a_lag_comes_to_rest_a_twentieth_of_the_dead_band_from_the_
     assert sent_to(part, 0.6)[0] == pytest.approx(0.595)
 
 
+def test_a_motor_that_stops_before_it_has_taken_up_the_play_leaves_the_steering_where_it_is():
+    part = Actuator(ActuatorSettings(dead_band=0.4, backlash=0.97, lag_s=0.1))  # it stops at 0.48, the play at 0.485
+    part.command(0.0, 0.5)
+    part.apply_due(0.0)
+    assert part.mean_over(20.0) == part.position_after(20.0) == 0.0
+
+
 def test_an_ideal_actuator_has_play_and_dead_band_too():
     part = Actuator(ActuatorSettings(dead_band=0.1, backlash=0.04))
     for asked, felt in ((0.2, 0.18), (0.25, 0.18), (0.05, 0.07)):

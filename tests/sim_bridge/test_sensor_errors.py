@@ -64,6 +64,12 @@ def test_azimuth_and_elevation_draw_each_for_itself():
     assert abs(np.corrcoef(of["azimuth"], of["elevation"])[0, 1]) < SIGMAS / math.sqrt(n)
 
 
+def test_wander_and_noise_of_a_quantity_have_nothing_in_common():
+    wander = error(hovering(200.0), "heading", only("heading", ErrorSettings(wander=0.1, wander_time_s=0.01)))
+    noise = error(hovering(200.0), "heading", only("heading", ErrorSettings(noise=0.1)))
+    assert abs(np.corrcoef(wander, noise)[0, 1]) < SIGMAS / math.sqrt(len(noise))
+
+
 @pytest.mark.parametrize("moments", [hovering(20.0), flying()], ids=["hovering", "flying"])
 def test_wander_is_slow_and_its_steps_are_as_large_as_deviation_and_time_make_them(moments):
     steps = np.diff(error(moments, "heading", only("heading", ErrorSettings(wander=0.1, wander_time_s=5.0))))
