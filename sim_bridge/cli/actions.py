@@ -168,5 +168,17 @@ def report(result: RunResult, as_json: bool) -> None:
           f"{math.degrees(numbers['turning_angle_rms_rad']):.1f} deg RMS; steering {numbers['steering_rms']:.3f} RMS, "
           f"at its limit {100 * numbers['saturated_fraction']:.0f} % of the time; "
           f"{numbers['ticks']} ticks, {numbers['overruns']} overruns")
+    _report_loads(numbers)
+
+
+def _report_loads(numbers: dict[str, Any]) -> None:
+    """What actuator, tether and the room above ground had to bear."""
+    said = [f"least elevation {math.degrees(numbers['least_elevation_rad']):.1f} deg"]
+    if numbers["steering_travel_per_s"] is not None:
+        said.insert(0, f"steering travel {numbers['steering_travel_per_s']:.3f} per second, "
+                       f"{numbers['steering_asked_travel_per_s']:.3f} commanded")
+    if numbers["peak_tether_force_n"] is not None:
+        said.append(f"peak tether force {numbers['peak_tether_force_n']:.0f} N")
+    print("; ".join(said))
 
 

@@ -1,11 +1,17 @@
-"""The steering actuator: dead time, saturation, rate limit, first-order lag, solved exactly between commands."""
+"""The steering actuator: dead time, saturation, dead band, rate limit, first-order lag, and play behind the motor.
 
-from math import exp
+All of it is solved exactly between commands. The motor then goes one way, so that the play is taken up at most once.
+"""
+
 from typing import Final
 
 from sim_bridge.equipment.actuator_settings import ActuatorSettings
+from sim_bridge.equipment.approach import Approach
 
 _NEVER: Final = float("inf")
+# Of the dead band: so near to the command the motor has reached it. With a lag it would be on its way for ever.
+_ARRIVED: Final = 1e-6
+_ARRIVED_WITH_LAG: Final = 0.05
 
 
 class _Command:
@@ -17,15 +23,21 @@ class _Command:
 
 
 class Actuator:
-    """`position` is the actual steering at the time reached so far."""
+    """`position` is the actual steering at the time reached so far, `motor` that of the motor, before the play.
+
+    A sensor on the motor's side measures `motor`. Without backlash the two are the same.
+    """
 
     def __init__(self, settings: ActuatorSettings):
         self._dead_time = settings.dead_time_s
-        self._rate = settings.rate_limit_per_s
         self._saturation = settings.saturation
-        self._lag = settings.lag_s
-        self.ideal = not self._rate and not self._lag
+        self._dead_band = settings.dead_band
+        self._half_play = 0.5 * settings.backlash
+        self.ideal = not settings.rate_limit_per_s and not settings.lag_s
+        self._stop = settings.dead_band * (_ARRIVED_WITH_LAG if settings.lag_s else _ARRIVED)
+        self._approach = Approach(settings.rate_limit_per_s, settings.lag_s, self._stop)
         self.position = 0.0
+        self.motor = 0.0
         self._target = 0.0
         self._pending: list[_Command] = []
 
@@ -47,33 +59,47 @@ class Actuator:
                 target = limit
             elif limit and target < -limit:
                 target = -limit
-            self._target = target
-        if self.ideal:
-            self.position = self._target
+            moves = self._target != self.motor
+            if moves or abs(target - self.motor) >= self._dead_band:
+                self._target = target
+            if self.ideal:
+                self.motor = self._target
+                self.position = self._behind_play(self.motor)
 
     def advance(self, dt: float) -> float:
         """Move on by `dt` [s], while no further command is felt; return the mean position on the way."""
         target = self._target
-        error = target - self.position
+        error = target - self.motor
         if not error or self.ideal:
-            self.position = target
-            return target
+            return self.position
+        approach = self._approach
         size = error if error > 0.0 else -error
-        rate, lag = self._rate, self._lag
-        missed, left = 0.0, dt  # integral of the error's size, and the time after a ramp
-        slow = rate * lag  # error below which the lag is slower than the rate limit
-        if rate and size > slow:
-            to_slow = (size - slow) / rate
-            ramp = to_slow if to_slow < dt else dt
-            missed = ramp * (size - 0.5 * rate * ramp)
-            size -= rate * ramp
-            left -= ramp
-        if lag:
-            kept = exp(-left / lag)
-            missed += size * lag * (1.0 - kept)
-            size *= kept
-        if error < 0.0:
-            self.position = target + size
-            return target + missed / dt
-        self.position = target - size
-        return target - missed / dt
+        sign = 1.0 if error > 0.0 else -1.0
+        if self._half_play:
+            mean = self._mean_behind_play(size, sign, dt)
+            approach.go(size, dt)
+        else:
+            approach.go(size, dt)
+            mean = target - sign * approach.area / dt
+        left = approach.left
+        self.motor = target - sign * left
+        self.position = self._behind_play(self.motor)
+        if left <= self._stop:
+            self._target = self.motor
+        return mean
+
+    def _behind_play(self, motor: float) -> float:
+        """The steering when the motor has come to `motor`, on one way from where it is."""
+        play = self._half_play
+        return max(motor - play, min(motor + play, self.position)) if play else motor
+
+    def _mean_behind_play(self, size: float, sign: float, dt: float) -> float:
+        """The steering rests until the play is taken up, and follows half of it behind the motor then."""
+        taken_up = min(size, sign * (self._target - self.position) - self._half_play)  # the size at which it is
+        rest = self._approach.time_until(size, taken_up)
+        if rest >= dt:
+            return self.position
+        follow = dt - rest
+        ahead = self._target - sign * self._half_play
+        self._approach.go(taken_up, follow)
+        return (rest * self.position + follow * ahead - sign * self._approach.area) / dt

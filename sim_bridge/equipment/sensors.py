@@ -5,6 +5,8 @@ from typing import Final
 
 from protocol import dialect
 from protocol.single_precision import float32
+from sim_bridge.equipment.error_settings import EXACT, MeasurementErrors
+from sim_bridge.equipment.sensor_errors import SensorErrors
 from sim_bridge.equipment.sensor_settings import SensorSettings
 from sim_bridge.plants.truth import Truth
 
@@ -26,9 +28,12 @@ def make_sample(time_us: int, azimuth: float, elevation: float, distance: float,
 
 
 class Sensors:
-    """Takes samples; their noise comes from `seed`."""
+    """Takes samples; what comes from chance does so from `seed`.
 
-    def __init__(self, settings: SensorSettings, seed: int):
+    The noise and the resolution of `settings` come on top of `errors`.
+    """
+
+    def __init__(self, settings: SensorSettings, seed: int, errors: MeasurementErrors = EXACT):
         self._noise = settings.noise_rad
         self._resolution = settings.resolution_rad
         self._course_noise = settings.course_noise_rad
@@ -39,6 +44,12 @@ class Sensors:
             self._valid |= bit if getattr(settings, name) else 0
         self._random = Random(f"{seed}:sensors")
         self._next = float("-inf")
+        self._errors = SensorErrors(errors, seed) if errors.any() else None
+
+    def follow(self, time_s: float, truth: Truth, steering: float) -> None:
+        """Take what there is to measure at a tick, whether a sample is due or not."""
+        if self._errors is not None:
+            self._errors.follow(time_s, truth, steering)
 
     def is_due(self, time_s: float) -> bool:
         """True when a sample is to be taken at `time_s`."""
@@ -50,8 +61,15 @@ class Sensors:
         return True
 
     def sample(self, time_us: int, truth: Truth, steering: float) -> Sample:
-        """One sample of `truth` and the actual `steering`, stamped `time_us`."""
-        azimuth, elevation = truth.azimuth, truth.elevation
+        """One sample of `truth` and the actual `steering`, which were followed up to now, stamped `time_us`."""
+        azimuth, elevation, distance = truth.azimuth, truth.elevation, truth.distance
+        course, heading, airspeed = truth.course, truth.heading, truth.airspeed
+        tether_force, valid, errors = truth.tether_force, self._valid, self._errors
+        if errors is not None:
+            azimuth, elevation, distance = errors.azimuth.read(), errors.elevation.read(), errors.distance.read()
+            course, heading, airspeed = errors.course.read(), errors.heading.read(), max(0.0, errors.airspeed.read())
+            tether_force, steering = errors.tether_force.read(), errors.steering.read()
+            valid &= ~errors.missing()
         gauss = self._random.gauss
         if self._noise:
             azimuth += gauss(0.0, self._noise)
@@ -59,11 +77,10 @@ class Sensors:
         if self._resolution:
             azimuth = round(azimuth / self._resolution) * self._resolution
             elevation = round(elevation / self._resolution) * self._resolution
-        course, heading, airspeed = truth.course, truth.heading, truth.airspeed
         if self._course_noise:
             course += gauss(0.0, self._course_noise)
             heading += gauss(0.0, self._course_noise)
         if self._airspeed_noise:
             airspeed = max(0.0, airspeed * (1.0 + gauss(0.0, self._airspeed_noise)))
-        return make_sample(time_us, azimuth, elevation, truth.distance, course, heading, airspeed, truth.tether_force,
-                           steering, self._valid)
+        return make_sample(
+            time_us, azimuth, elevation, distance, course, heading, airspeed, tether_force, steering, valid)

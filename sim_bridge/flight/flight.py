@@ -5,8 +5,7 @@ from math import ceil, inf, nan, radians, sin
 from typing import Any
 
 from kite_analysis.figure_eight import TargetEight
-from kite_analysis.metrics import Metrics, Track, measure
-from kite_analysis.verdicts import NOT_MEASURED
+from kite_analysis.metrics import Metrics, Track, measure, not_measured
 from sim_bridge.equipment.actuator import Actuator
 from sim_bridge.equipment.sensors import SAMPLE_BYTES, Sample, Sensors
 from sim_bridge.flight.judgement import Judge, recent_errors
@@ -48,7 +47,7 @@ class Flight:
         self._stations = stations
         self._watch = watch
         seed = scenario.run.seed
-        self._sensors = Sensors(scenario.sensors, seed)
+        self._sensors = Sensors(scenario.sensors, seed, scenario.errors)
         eight_m = scenario.plant.line_length_m * sin(radians(scenario.parameter("EIGHT_ELEVATION")))
         self._wind = Wind(scenario.wind, self.period_s, seed, eight_m)
         self._start = self.plant.truth()
@@ -82,8 +81,9 @@ class Flight:
         flying = tick >= 0
         truth = self.plant.truth() if flying else lead_in(self._start, time_s)
         self.actuator.apply_due(time_s + 1e-9)
+        self._sensors.follow(time_s, truth, self.actuator.motor)
         if self._sensors.is_due(time_s):
-            sample = self._sensors.sample(clock_us(time_s), truth, self.actuator.position)
+            sample = self._sensors.sample(clock_us(time_s), truth, self.actuator.motor)
             self._down.send(time_s, sample, SAMPLE_BYTES)
         samples: list[Sample] = []
         for parcel in self._down.due(time_s):
@@ -146,7 +146,7 @@ class Flight:
     def metrics(self) -> Metrics:
         """The flight's numbers and the verdict, after the scenario's settling time."""
         if not len(self.truth):
-            return Metrics(None, None, None, None, None, NOT_MEASURED, "interrupted before the flight began")
+            return not_measured("interrupted before the flight began")
         return measure(self.track(), self.scenario.run.settle_s, self.trouble)
 
     def recent_errors(self, seconds: float) -> tuple[float, float]:

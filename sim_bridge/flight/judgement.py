@@ -37,7 +37,7 @@ class Judge:
         self.steering_asked = 0.0
         self._mode = MODE_UNKNOWN
         self._heard_s = -inf
-        self._saturation = scenario.actuator.saturation
+        self._reach = scenario.actuator.reach
         self._parts = [(0, {name: scenario.parameter(name) for name in _YARDSTICK})]  # from which row on
 
     def hear(self, time_s: float, output: TickOutput, row: int) -> None:
@@ -71,11 +71,11 @@ class Judge:
         target, cross_track = follow_eight(
             eight, unit_position(azimuth, elevation), course, _outer_gain(columns, parameters))
         at_limit = np.abs(columns["steering_asked"]) >= parameters["STEER_MAX"] * _AT_LIMIT
-        if self._saturation:
-            at_limit |= np.abs(columns["steering"]) >= self._saturation * _AT_LIMIT
+        at_limit |= np.abs(columns["steering"]) >= self._reach * _AT_LIMIT
         return Track(
             columns["time_s"], azimuth, elevation, course, target, cross_track, columns["steering"],
-            at_limit.astype(float), (columns["mode"] == dialect.KITE_MODE_TRACK).astype(float), eight.half_width)
+            columns["steering_asked"], columns["tether_force_n"], at_limit.astype(float),
+            (columns["mode"] == dialect.KITE_MODE_TRACK).astype(float), eight.half_width)
 
     def _follow(self, name: str, value: float, row: int) -> None:
         """A parameter has this value from now on."""

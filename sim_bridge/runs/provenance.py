@@ -86,10 +86,16 @@ def differences(about: dict[str, Any]) -> list[str]:
         found.append(f"flown by other code: {', '.join(other)} {'differs' if len(other) == 1 else 'differ'}")
     _compare(about.get("versions", {}), versions(), found, lambda name, then, now: f"{name} was {then}, is {now}")
     for part, here in json.loads(json.dumps(_defaults())).items():
-        logged = about["scenario"][part]
-        _compare(about["defaults"].get(part, {}), here, found, lambda name, then, now, logged=logged: (
+        logged, then = about["scenario"][part], about["defaults"].get(part, {})
+        known = {name: value for name, value in here.items() if name in then}
+        _compare(then, known, found, lambda name, then, now, logged=logged: (
             f"{name}: the default was {then}, is {now}"
             + (f"; flown with {logged[name]}, as logged" if name in logged and now != _NOTHING else "")))
+        new = [name for name in here if name not in then]
+        if new:
+            upto = f" to {new[-1]}" if len(new) > 1 else ""
+            found.append(f"new since, and flown with {'its default' if len(new) == 1 else 'their defaults'}: "
+                         f"{new[0]}{upto} ({len(new)})")
     return found
 
 

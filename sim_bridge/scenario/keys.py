@@ -5,6 +5,7 @@ flight have their settings in: a section is a type, and its keys are the type's 
 """
 
 from sim_bridge.equipment.actuator_settings import ActuatorSettings
+from sim_bridge.equipment.error_settings import QUANTITIES, ErrorSettings
 from sim_bridge.equipment.sensor_settings import SensorSettings
 from sim_bridge.links.ground_settings import GroundSettings
 from sim_bridge.links.link_settings import LinkSettings
@@ -23,12 +24,23 @@ PLANT_SETTINGS: dict[str, type[PlantSettings]] = {
     TURNING_RATE: TurningRateSettings, ONE_POINT: OnePointSettings, FOUR_POINT: FourPointSettings,
     VORTEX_LATTICE: VortexLatticeSettings,
 }
+_IN_UNITS = ("noise", "wander", "bias")
 _WAYS = {"down": "towards the firmware", "up": "from the firmware"}
 _BOTH_WAYS = {"delay_s": "delay of both directions together, half each"}
 
 
 def _section(name: str, kind: type[Settings]) -> dict[str, Key]:
     return {f"{name}.{field}": key for field, key in own_keys(kind).items()}
+
+
+def _errors() -> dict[str, Key]:
+    """Keys of the errors of each quantity, with its unit."""
+    keys = {}
+    for quantity, (what, unit) in QUANTITIES.items():
+        for field, key in own_keys(ErrorSettings).items():
+            in_unit = f" [{unit}]" if unit and field in _IN_UNITS else ""
+            keys[f"errors.{quantity}.{field}"] = key._replace(text=f"{what}: {key.text}{in_unit}")
+    return keys
 
 
 def _path(name: str, what: str) -> dict[str, Key]:
@@ -53,6 +65,7 @@ KEYS: dict[str, Key] = {
     **_section("tether", TetherSettings),
     **_section("actuator", ActuatorSettings),
     **_section("sensors", SensorSettings),
+    **_errors(),
     **_path("control", "control path"),
     **_path("ground", "ground path"),
     **_section("ground", GroundSettings),

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from kite_analysis.delay.whole_periods import split
 from sim_bridge.equipment.actuator_settings import ActuatorSettings
+from sim_bridge.equipment.error_settings import ErrorSettings, MeasurementErrors
 from sim_bridge.equipment.sensor_settings import SensorSettings
 from sim_bridge.links.ground_settings import GroundSettings
 from sim_bridge.links.link_settings import LinkSettings, PathSettings
@@ -63,6 +64,12 @@ class Sections(ABC):
     def sensors(self) -> SensorSettings:
         """Settings of the sensors."""
         return _assembled(SensorSettings, "sensors", self.values)
+
+    @property
+    def errors(self) -> MeasurementErrors:
+        """What is wrong with each measured quantity."""
+        return MeasurementErrors(*(
+            _assembled(ErrorSettings, f"errors.{quantity}", self.values) for quantity in MeasurementErrors._fields))
 
     @property
     def link(self) -> Links:

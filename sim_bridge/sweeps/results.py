@@ -13,7 +13,8 @@ from sim_bridge.runs.fingerprint import code_fingerprint
 
 METRICS = (
     "verdict", "cross_track_rms_rad", "cross_track_max_rad", "turning_angle_rms_rad", "steering_rms",
-    "saturated_fraction", "sim_s", "trouble",
+    "saturated_fraction", "sim_s", "trouble", "steering_travel_per_s", "steering_asked_travel_per_s",
+    "peak_tether_force_n", "least_elevation_rad",
 )
 _PLAN = "# "
 _CODE = "code"  # column: the fingerprint of the code that flew a run

@@ -17,7 +17,8 @@ def spinning(turns: float) -> Track:
     course = (2.0 * np.pi * turns * time_s / time_s[-1] + np.pi) % (2.0 * np.pi) - np.pi
     azimuth, elevation = EIGHT.angles(time_s)
     zero = np.zeros_like(time_s)
-    return Track(time_s, azimuth, elevation, course, zero + 0.5, zero + 0.1, zero + 0.3, zero, zero + 1.0, 0.6)
+    return Track(time_s, azimuth, elevation, course, zero + 0.5, zero + 0.1, zero + 0.3, zero + 0.3, zero, zero,
+                 zero + 1.0, 0.6)
 
 
 def test_no_line_of_the_target_leaps_by_a_turn_where_an_unstable_kite_spins():

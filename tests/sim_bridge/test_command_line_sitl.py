@@ -18,7 +18,8 @@ from sim_bridge.cli.main import main
 KEYS = {
     "scenario", "plant", "runtime", "loop", "seed", "sim_s", "wall_s", "real_time_factor", "cross_track_rms_rad",
     "cross_track_max_rad", "turning_angle_rms_rad", "steering_rms", "saturated_fraction", "verdict", "trouble", "ticks",
-    "overruns",
+    "overruns", "steering_travel_per_s", "steering_asked_travel_per_s", "peak_tether_force_n",
+    "least_elevation_rad",
 }
 FLIGHTS = Path(__file__).parent.parent / "data" / "flight"
 

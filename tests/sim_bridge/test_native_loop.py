@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from protocol.parameter_table import load_parameters
+from sim_bridge.equipment.error_settings import QUANTITIES
 from sim_bridge.native.choice import COMPILED, INTERPRETED, VARIABLE, loop_in_use, misfit_of_build
 from sim_bridge.native.modules import ABOUT, BUILD, MODULES, ROOT, source_of
 from sim_bridge.runtimes.interpreter import micropython_command
@@ -31,6 +32,13 @@ WEATHER: dict[str, Any] = {
     "wind.turn_start_s": 2.0, "wind.turn_by_deg": 20.0}
 BLIND: dict[str, Any] = {f"sensors.{quantity}": False for quantity in (
     "course", "heading", "distance", "airspeed", "steering")}
+WRONG = {"noise": 0.01, "wander": 0.02, "wander_time_s": 3.0, "bias": -0.01, "scale": 0.97, "lag_s": 0.053,
+         "dropout": 0.05, "dropout_s": 0.08}
+BAD_INPUTS: dict[str, Any] = {
+    **{f"errors.{quantity}.{key}": value for quantity in QUANTITIES for key, value in WRONG.items()},
+    "sensors.noise_rad": 0.002, "sensors.rate_hz": 41.0, "sensors.resolution_rad": 0.0005,
+    "actuator.backlash": 0.03, "actuator.dead_band": 0.015, "actuator.lag_s": 0.05, "actuator.rate_limit_per_s": 1.5}
+LOOSE: dict[str, Any] = {"actuator.backlash": 0.05, "actuator.dead_band": 0.02}
 # What random flights vary, and how far: enough for kites that fly well, badly and not at all.
 VARIED: dict[str, tuple[float, float]] = {
     "link.control.delay_s": (0.0, 0.4), "link.control.jitter_s": (0.0, 0.05), "link.control.loss": (0.0, 0.5),
@@ -39,14 +47,17 @@ VARIED: dict[str, tuple[float, float]] = {
     "sensors.course_noise_rad": (0.0, 0.2), "sensors.airspeed_noise": (0.0, 0.3),
     "actuator.dead_time_s": (0.0, 0.3), "actuator.rate_limit_per_s": (0.1, 10.0), "actuator.saturation": (0.1, 1.0),
     "actuator.lag_s": (0.0, 0.2), "wind.turbulence_intensity": (0.0, 0.5), "wind.speed_m_s": (0.0, 15.0),
-    "start.offset_rad": (-0.5, 0.5), "start.course_error_rad": (-3.0, 3.0), "plant.offset_rad_s": (-0.3, 0.3)}
+    "start.offset_rad": (-0.5, 0.5), "start.course_error_rad": (-3.0, 3.0), "plant.offset_rad_s": (-0.3, 0.3),
+    "actuator.backlash": (0.0, 0.2), "actuator.dead_band": (0.0, 0.1), "errors.position.noise": (0.0, 0.005),
+    "errors.position.dropout": (0.0, 0.5), "errors.course.lag_s": (0.0, 0.3), "errors.heading.wander": (0.0, 0.3),
+    "errors.airspeed.scale": (0.5, 1.5), "errors.steering.bias": (-0.1, 0.1)}
 
 
 def flights() -> list[dict[str, Any]]:
     """All scenarios; bad links, sensors and weather; random ones; and talkative ground stations."""
     found: list[dict[str, Any]] = [{"scenario": name, "seconds": 12.0} for name in scenario_names()]
     for name in ("small-kite", "v3-flight", "small-kite-paper", "v3-flight-paper"):
-        for change in (BAD_DAY, WEATHER, BLIND):
+        for change in (BAD_DAY, WEATHER, BLIND, BAD_INPUTS, LOOSE):
             found.append({"scenario": name, "seconds": 15.0, "set": change})
         found.append({"scenario": name, "seconds": 30.0, "set": {"sensors.steering": False},
                       "param": {"K_ADAPT": 1.0, "TURN_K": 1.2 * load_scenario(name).parameter("TURN_K"),

@@ -7,6 +7,7 @@ import pytest
 
 from sim_bridge.equipment.actuator import Actuator
 from sim_bridge.equipment.actuator_settings import ActuatorSettings
+from sim_bridge.equipment.error_settings import QUANTITIES, ErrorSettings, MeasurementErrors
 from sim_bridge.equipment.sensor_settings import SensorSettings
 from sim_bridge.equipment.sensors import Sensors
 from sim_bridge.links.emulation import LinkDirection
@@ -65,6 +66,9 @@ def test_an_actuator_sensors_a_link_and_a_wind_are_made_in_a_line():
     truth = TurningRatePlant(TurningRateSettings(line_length_m=60.0), WIND, HERE, SIDEWAYS).truth()
     sample = Sensors(SensorSettings(resolution_rad=0.25), seed=1).sample(0, truth, 0.0)
     assert sample[2:4] == (0.5, 60.0)  # 0.6 rad, in steps of 0.25
+    sensors = Sensors(SensorSettings(), 1, MeasurementErrors(distance=ErrorSettings(scale=0.5, bias=1.0)))
+    sensors.follow(0.0, truth, 0.0)
+    assert sensors.sample(0, truth, 0.0)[3] == 31.0
 
 
 @pytest.mark.parametrize(("kind", "values", "says"), [
@@ -73,6 +77,7 @@ def test_an_actuator_sensors_a_link_and_a_wind_are_made_in_a_line():
     (ActuatorSettings, {"lag_s": "0.1"}, "ActuatorSettings: lag_s takes a number, not '0.1'"),
     (LinkSettings, {"loss": 1.5}, "LinkSettings: loss = 1.5 is outside 0 to 1"),
     (SensorSettings, {"course": 1}, "SensorSettings: course takes true or false, not 1"),
+    (ErrorSettings, {"dropout": 1.5}, "ErrorSettings: dropout = 1.5 is outside 0 to 1"),
     (WindSettings, {"gusts": "dreiden"},
      "WindSettings: gusts is one of first-order, dryden, von-karman; did you mean dryden?"),
     (TurningRateSettings, {"turn_k": 0.0}, "TurningRateSettings: turn_k = 0 is outside 0.0001 to 100"),
@@ -104,7 +109,8 @@ def handed_out(scenario):
         "plant": scenario.plant, "wind": scenario.wind, "actuator": scenario.actuator, "sensors": scenario.sensors,
         "link.control.down": link.control.down, "link.control.up": link.control.up,
         "link.ground.down": link.ground.down, "link.ground.up": link.ground.up,
-        "ground": scenario.ground, "start": scenario.start, "run": scenario.run}
+        "ground": scenario.ground, "start": scenario.start, "run": scenario.run,
+        **{f"errors.{quantity}": errors for quantity, errors in scenario.errors._asdict().items()}}
     found = {}
     while held:
         section, settings = held.popitem()
@@ -145,3 +151,4 @@ def test_each_key_changes_the_one_setting_of_its_name(plant):
         felt = {f"{path}.down.{field}", f"{path}.up.{field}"} if path in ("link.control", "link.ground") else {name}
         assert {name for name in after if after[name] != before[name]} == felt
     assert set(before) <= set(KEYS)
+    assert tuple(QUANTITIES) == MeasurementErrors._fields

@@ -204,6 +204,20 @@ def test_another_version_flies_the_values_of_the_log_and_says_what_differs(tmp_p
     assert [f"kite-sitl: {line}" for line in result["differs"]] == again.stderr.splitlines()
 
 
+def test_settings_that_came_after_a_log_are_told_in_a_line_and_flown_with_their_defaults(tmp_path, capsys):
+    folder = tmp_path / "log"
+    fly(folder, duration_s=5.0)
+    about = json.loads((folder / "run.json").read_text())
+    for table in (about["scenario"]["values"], about["defaults"]["values"]):
+        for name in [name for name in table if name.startswith("errors.")]:
+            del table[name]
+    (folder / "run.json").write_text(json.dumps(about))
+    _, result, _ = rerun(capsys, folder)
+    assert result["same"]
+    assert result["differs"] == ["new since, and flown with their defaults: errors.position.noise to "
+                                 "errors.steering.dropout_s (56)"]
+
+
 def test_a_changed_truth_is_noticed_and_a_missing_one_said(tmp_path, capsys):
     folder = tmp_path / "log"
     fly(folder, duration_s=10.0)

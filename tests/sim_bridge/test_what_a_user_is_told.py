@@ -1,12 +1,14 @@
 """kite-sitl helps along: what a key takes, what was meant, what would be faster."""
 
 import json
+import re
 import subprocess
 import sys
 
 import pytest
 
 from sim_bridge.cli.main import main
+from sim_bridge.equipment.error_settings import QUANTITIES
 from sim_bridge.errors import ScenarioError
 from sim_bridge.flight.plant_choice import slowness
 from sim_bridge.scenario.keys import KEYS
@@ -19,10 +21,12 @@ def test_keys_tell_what_a_scenario_takes(capsys):
     assert main(["keys", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert main(["keys"]) == 0
-    lines = {line.split()[0]: line for line in capsys.readouterr().out.splitlines()}
+    lines = {line.split()[0]: line for line in capsys.readouterr().out.splitlines() if line}
     assert lines["plant.kind"].endswith(f"({', '.join(PLANTS)})") and lines["sensors.course"].endswith("(true, false)")
+    assert all(quantity in lines["QUANTITY"] for quantity in QUANTITIES)
     for name, key in KEYS.items():
-        assert lines[name].endswith(f"({told[name]['takes']})")
+        shown = re.sub(r"^errors\.\w+", "errors.QUANTITY", name)  # once for all quantities
+        assert lines[shown].endswith(f"({told[name]['takes']})")
         if key.kind not in (int, float) or key.greatest == float("inf"):
             continue
         least, greatest = key.kind(key.least), key.kind(key.greatest)
