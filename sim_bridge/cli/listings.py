@@ -38,7 +38,7 @@ def _alike_once() -> dict[str, Key]:
     """All keys; but those of errors, which all quantities have alike, once for all of them."""
     shown = {}
     for name, key in KEYS.items():
-        field = name.rpartition(".")[2]
+        _, _, field = name.rpartition(".")
         if name.startswith("errors."):
             shown[f"errors.QUANTITY.{field}"] = own_keys(ErrorSettings)[field]
         else:
