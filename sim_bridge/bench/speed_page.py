@@ -42,11 +42,16 @@ def as_json(compared: Sequence[Comparison]) -> dict[str, Any]:
 
 
 def lines(compared: Sequence[Comparison]) -> list[str]:
-    """The table, for a terminal."""
-    rows = [_head(compared), *(_row(one, compared) for one in compared)]
+    """The table, for a terminal: times real time, median (least to most)."""
+    head = _head(compared)
+    if len(_pairs(compared)) == 1:
+        *head, _ = head
+        head.append("ratio")
+    rows = [head, *(_row(one, compared) for one in compared)]
     widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
-    return ["  ".join(cell.ljust(width) if index == 0 else cell.rjust(width)
+    text = ["  ".join(cell.ljust(width) if index == 0 else cell.rjust(width)
                       for index, (cell, width) in enumerate(zip(row, widths, strict=True))) for row in rows]
+    return ["times real time, median (least to most):", *text]
 
 
 def page(compared: Sequence[Comparison], duration_s: float, runs: int) -> str:

@@ -36,7 +36,7 @@ def test_another_checkout_is_flown_beside_and_the_page_has_all_of_it(loops, tmp_
     (other / ".venv").symlink_to(sys.prefix)
     page = tmp_path / "speed.md"
     assert main([*SHORT, "--before", str(other), "--out", str(page)]) == 0
-    head, row = capsys.readouterr().out.splitlines()
+    _, head, row = capsys.readouterr().out.splitlines()
     assert "before" in head and row.startswith("small-kite ")
     text = page.read_text("utf-8")
     assert "| small-kite |" in text and "interpreted / before" in text
