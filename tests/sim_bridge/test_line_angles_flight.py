@@ -12,6 +12,7 @@ import pytest
 
 from firmware_py.drivers.as5600 import As5600
 from firmware_py.drivers.line_angles import Axis, LineAngles
+from sim_bridge.equipment.error_settings import MeasurementErrors
 from sim_bridge.equipment.sensor_settings import SensorSettings
 from sim_bridge.flight import flight as flights
 from sim_bridge.plants.truth import Truth
@@ -49,10 +50,13 @@ def test_it_tracks_in_any_gusts():
 class EncoderSensors:
     """The bridge's sensors, with the board's own driver reading two simulated encoders on the line."""
 
-    def __init__(self, settings: SensorSettings, seed: int):
+    def __init__(self, settings: SensorSettings, seed: int, errors: MeasurementErrors):
         (self._azimuth, azimuth), (self._elevation, elevation) = encoder_bus(), encoder_bus()
         self.angles = LineAngles(Axis(As5600(azimuth), 1234, -1), Axis(As5600(elevation), 4000, 1))
         _made.append(self)
+
+    def follow(self, time_s: float, truth: Truth, steering: float) -> None:
+        """Encoders read what is there."""
 
     def is_due(self, time_s: float) -> bool:
         return True
