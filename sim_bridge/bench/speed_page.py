@@ -63,7 +63,8 @@ def page(compared: Sequence[Comparison], duration_s: float, runs: int) -> str:
     return _PAGE.format(
         runs=runs, seconds=duration_s, command=" --before DIR" if BEFORE in loops else "", machine=machine(),
         before=_BEFORE if BEFORE in loops else "",
-        table=table(_head(compared), [_row(one, compared) for one in compared]), parts=table(head, parts))
+        table=table(_head(compared), [_row(one, compared) for one in compared]).rstrip(),
+        parts=table(head, parts).rstrip())
 
 
 def _loops(compared: Sequence[Comparison]) -> Sequence[str]:
