@@ -25,6 +25,8 @@ _LONGEST_STEP = 0.2  # type: Final  # in s [rad], short enough not to reach anot
 _SCAN_POINTS = 32  # type: Final
 _SCAN_STEP = 2.0 * pi / _SCAN_POINTS  # type: Final
 _LEAST_SHARE = 0.2  # type: Final  # of the distance to a turn's centre that a kite inside it keeps
+_FURTHEST_AHEAD = 0.8  # type: Final  # in s [rad]: beyond lies another bend
+_CURVE_SHARE = 0.5  # type: Final  # of the actuator's rate for the curve; the rest is for errors
 _COURSE_WEIGHT = 0.2  # type: Final  # of flying the right way beside being near, when a strand is picked anew
 
 
@@ -51,6 +53,7 @@ class Guidance:
         self.cross_track: float = 0.0
         self.running: bool = False  # True while a strand is followed
         self._point = CurvePoint(curve)  # the nearest
+        self._ahead = CurvePoint(curve)  # where it will be nearest after the lead
         self._along: float = 0.0  # the curve's own direction, carried to the kite [rad]
         self._side: float = 0.0  # t . gamma_t
         self._cosine: float = 1.0  # of the distance
@@ -126,16 +129,36 @@ class Guidance:
 
         With the curve `-side` to the left of the kite's, chi the course against it and v the speed: the curve's
         parallel through the kite turns by v cos(chi) (kappa cos - side) / (cos + kappa side), and the aim at it by
-        -L v sin(chi) cos / (1 + L^2 side^2), where kappa is the curve's geodesic curvature.
+        -L v sin(chi) cos / (1 + L^2 side^2), where kappa is the curve's geodesic curvature, early where
+        the actuator is too slow for it.
         """
         side = self._side
         cosine = self._cosine
         curvature = self.curve.direction * self._point.geodesic_curvature()
+        lead = kite.config.lead
+        if lead:
+            curvature += self._beyond_actuator(kite, curvature, lead)
         chi = kite.course - self._along
         slope = gain * side
         share = cosine + curvature * side
         parallel = (curvature * cosine - side) / (share if share > _LEAST_SHARE else _LEAST_SHARE)
         return kite.speed * (cos(chi) * parallel - sin(chi) * gain * cosine / (1.0 + slope * slope))
+
+    def _beyond_actuator(self, kite: "Prediction", curvature: float, lead: float) -> float:
+        """Change of the curvature within `lead` [s], less what the actuator makes of it with a share of its rate."""
+        way = kite.speed * lead / self._point.pace
+        if way > _FURTHEST_AHEAD:
+            way = _FURTHEST_AHEAD
+        ahead = self._ahead
+        ahead.bend_to(self.path_parameter + self.curve.direction * way)
+        change = self.curve.direction * ahead.geodesic_curvature() - curvature
+        needed = kite.turning_ratio * kite.speed * change  # of the nose's turning rate
+        possible = _CURVE_SHARE * kite.turning_slew * lead
+        if needed > possible:
+            return change * (needed - possible) / needed
+        if needed < -possible:
+            return change * (needed + possible) / needed
+        return 0.0
 
     def _find(self, frame: "TangentFrame") -> None:
         """Go to the nearest point, on the strand that is followed or a better one; `running` tells whether the same."""

@@ -1,8 +1,10 @@
 """The kite's predicted velocity: through the air along its nose, plus the wind.
 
 If course, heading and airspeed are measured, the velocity minus the airspeed along the nose is the wind across the
-tether. It is fixed in space while the kite turns: M. Erhard and H. Strauch, "Control of towing kites for seagoing
-vessels" (2013). If they are not, the angle from heading to course is constant.
+tether: the part (wx e1x + wy e1y, wx e2x + wy e2y), along e1 and e2, of a horizontal wind. That wind stays as it is
+while the kite turns and flies around: M. Erhard and H. Strauch, "Control of towing kites for seagoing vessels" (2013).
+The horizontal parts of e1 and e2 are at right angles, of length sin(elevation) and 1. If they are not measured, the
+angle from heading to course is constant.
 """
 
 from math import atan2, cos, sin, sqrt
@@ -17,6 +19,7 @@ if TYPE_CHECKING:
 
 _NEEDED = KITE_VALID_AIRSPEED | KITE_VALID_HEADING  # type: Final
 _SMOOTHING = 4.0  # type: Final  # of the wind, so that it is no gust's [s]
+_LEAST_SQUARE = 0.1  # type: Final  # of sin(elevation): a low kite sees too little of the wind along its azimuth
 _LEAST_RATIO = 0.5  # type: Final
 _MOST_RATIO = 2.0  # type: Final
 
@@ -30,8 +33,8 @@ class Drift:
         self.speed: float = 0.0
         self.turning_ratio: float = 1.0  # how much the nose must turn for the course to turn by one
         self.blown: bool = False  # True where the wind is known and turns past
-        self._up: float = 0.0  # the wind across the tether, along e1 and e2, smoothed
-        self._across: float = 0.0
+        self._wind_x: float = 0.0  # over line length, smoothed [1/s]
+        self._wind_y: float = 0.0
         self._air: float = 0.0  # airspeed
         self._tailwind: float = 0.0  # the wind along nose and b as they are at the sample
         self._crosswind: float = 0.0
@@ -59,10 +62,28 @@ class Drift:
         crosswind = speed * sin(self._angle)
         up = tailwind * nose_up - crosswind * nose_across
         across = tailwind * nose_across + crosswind * nose_up
-        share = kite.interval / (kite.interval + _SMOOTHING) if self.blown and kite.interval > 0.0 else 1.0
+        frame = kite.frame
+        e1x = frame.e1x
+        e1y = frame.e1y
+        e2x = frame.e2x
+        e2y = frame.e2y
+        if self.blown and kite.interval > 0.0:
+            share = kite.interval / (kite.interval + _SMOOTHING)
+            wind_x = self._wind_x
+            wind_y = self._wind_y
+        else:
+            share = 1.0
+            wind_x = wind_y = 0.0
         self.blown = True
-        up = self._up = self._up + share * (up - self._up)
-        across = self._across = self._across + share * (across - self._across)
+        square = frame.z * frame.z
+        expected_up = wind_x * e1x + wind_y * e1y
+        expected_across = wind_x * e2x + wind_y * e2y
+        new_up = (up - expected_up) * share / (square if square > _LEAST_SQUARE else _LEAST_SQUARE)
+        new_across = (across - expected_across) * share
+        self._wind_x = wind_x + new_up * e1x + new_across * e2x
+        self._wind_y = wind_y + new_up * e1y + new_across * e2y
+        up = expected_up + new_up * square
+        across = expected_across + new_across
         self._tailwind = up * nose_up + across * nose_across
         self._crosswind = across * nose_up - up * nose_across
 

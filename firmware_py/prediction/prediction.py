@@ -18,6 +18,7 @@ from ..parameters.generated_parameters import (
     PRED_DELAY,
     PRED_RATE,
     STALE_TIME,
+    STEER_MAX,
     TURN_OFFSET,
 )
 from ..sphere import TWO_PI, TangentFrame
@@ -36,6 +37,7 @@ _ARCS = 4  # type: Final  # at most
 _ARC_TURN = 0.9  # type: Final  # turning of a fully steered kite from which on another arc is worth its time [rad]
 _SAMPLES = 256  # type: Final  # that the usual age is the mean of
 _TAIL = 0.5  # type: Final  # of a tick: what is decided now is held for one tick, and stands for its middle
+_LEAD_SHARE = 0.3  # type: Final  # of the time in which the actuator goes from straight to full steering
 _MOST_STEERING = 2.0  # type: Final
 
 
@@ -51,6 +53,7 @@ class PredictionConfig:
         self.airspeed_min: float = 1.0
         self.rate_limit: float = 0.0
         self.smoothing: float = 0.0
+        self.lead: float = 0.0  # how far a slow actuator has to look ahead on the curve [s]
 
     def load(self, values: list[float]) -> None:
         """Load the settings from the parameters' `values`."""
@@ -60,7 +63,8 @@ class PredictionConfig:
         self.turn_offset = values[TURN_OFFSET]
         self.gravity_c = values[GRAVITY_C]
         self.airspeed_min = values[AIRSPEED_MIN]
-        self.rate_limit = values[PRED_RATE]
+        self.rate_limit = rate = values[PRED_RATE]
+        self.lead = _LEAD_SHARE * values[STEER_MAX] / rate if rate else 0.0
         self.smoothing = 0.5 * values[COURSE_WINDOW]  # as late as the speed across the sphere is
 
 

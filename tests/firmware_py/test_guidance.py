@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from firmware_py.control.figure_eight import FigureEight
 from firmware_py.control.guidance import Guidance
+from firmware_py.prediction.prediction import PredictionConfig
 from firmware_py.sphere import wrap
 from kite_analysis.angles import wrap as wrap_array
 from kite_analysis.figure_eight import TargetEight, great_circle_distance
@@ -223,8 +224,11 @@ def test_straight_above_and_straight_behind_give_numbers():
 class Going:
     """A kite that is somewhere, on a course, at SPEED: what the exact step wants to know."""
 
-    def __init__(self, position: np.ndarray, course: float):
+    def __init__(self, position: np.ndarray, course: float, turning_slew: float = 0.0, **changed: float):
         self.frame, self.course, self.speed = frame_at(position), course, SPEED
+        self.turning_ratio, self.turning_slew = 1.0, turning_slew  # per course rate; of the nose [rad/s^2]
+        self.config = PredictionConfig()
+        self.config.load(parameters(**changed))
 
 
 @settings(deadline=None, max_examples=100)
@@ -249,6 +253,36 @@ def test_the_exact_rate_is_how_the_target_turns_past_a_kite_on_its_way(shape, s,
     turned = wrap(after - before) + position[2] * (azimuth_after - azimuth)
     numeric = turned / (2.0 * step) * SPEED
     assert rate == pytest.approx(numeric, abs=0.05 + 0.02 * abs(numeric))
+
+
+@settings(deadline=None, max_examples=100)
+@given(flyable(), st.floats(0.0, 2 * math.pi), st.floats(0.1, 10.0), st.floats(0.02, 4.0))
+def test_a_slow_actuator_begins_early_by_what_it_cannot_turn_in_time(shape, s, rate, full):
+    """On the curve: the target's rate is that now, moved towards that ahead by what half the actuator's rate leaves.
+
+    An actuator without a limit, or with one that is fast enough, has the rate of now, to the bit.
+    """
+    guidance, numpy_eight = guidance_for(**shape)
+    position, course = numpy_eight.position(np.array([s]))[0], float(numpy_eight.course(np.array([s]))[0])
+
+    def asked(turning_slew: float, **changed: float) -> float:
+        kite = Going(position, course, turning_slew, **changed)
+        guidance.stop()
+        guidance.path_parameter = s
+        guidance.exactly_at(kite)
+        return guidance.target_rate
+
+    now = asked(0.0)
+    assert asked(1e9, PRED_RATE=rate) == now
+    lead = 0.3 / rate
+    direction = guidance.curve.direction
+    pace = float(np.linalg.norm(numpy_eight.derivatives(np.array([s]))[0][0]))
+    way = direction * min(0.8, SPEED * lead / pace)
+    curvature = guidance.curve.geodesic_curvature
+    change = SPEED * direction * (curvature(s + way) - curvature(s))
+    possible = 0.5 * full * rate * lead
+    early = math.copysign(max(0.0, abs(change) - possible), change)
+    assert asked(full * rate, PRED_RATE=rate) - now == pytest.approx(early, abs=1e-3 + 1e-3 * abs(change))
 
 
 def test_changing_between_the_ways_to_a_rate_does_not_jump():

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from eights import gains, parameters
 from firmware_bench import EVERYTHING, STEERING, sample
-from hypothesis import example, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from firmware_py.clock import MASK
@@ -31,7 +31,7 @@ kites = st.tuples(st.floats(0.05, 0.4), st.floats(8.0, 20.0), st.floats(40.0, 30
 class Sky:
     """A kite of the plant with its actuator, and the firmware's prediction of it, tick by tick."""
 
-    def __init__(self, at, kite, delay: float, rate: float = 0.0, loop_hz: float = 50.0, **plant: Any):
+    def __init__(self, at, kite, delay: float, rate: float = 0.0, loop_hz: float = 50.0, air: Air = AIR, **plant: Any):
         azimuth, elevation, course = at
         turn_k, airspeed, length = kite
         self.period = 1.0 / loop_hz
@@ -46,7 +46,8 @@ class Sky:
         position = (math.cos(elevation) * math.cos(azimuth), math.cos(elevation) * math.sin(azimuth),
                     math.sin(elevation))
         self.plant = TurningRatePlant(law, WindSettings(), position, (x, y, z))
-        self.plant.step(1e-9, 0.0, AIR)
+        self.air = air
+        self.plant.step(1e-9, 0.0, air)
         values = parameters(
             PRED_DELAY=self.delay * self.period, PRED_RATE=rate, PRED_SAT=1.0, TURN_K=turn_k, LOOP_HZ=loop_hz,
             GRAVITY_C=plant.get("gravity_m_s2", 0.0), TURN_OFFSET=plant.get("offset_rad_s", 0.0))
@@ -74,7 +75,7 @@ class Sky:
         dt = self.period / FINE
         for _ in range(round(FINE * share)):
             self.actuator.advance(0.5 * dt)
-            self.plant.step(dt, self.actuator.position, AIR)
+            self.plant.step(dt, self.actuator.position, self.air)
             self.actuator.advance(0.5 * dt)
 
     def see(self) -> None:
@@ -154,6 +155,22 @@ def test_the_wind_turns_past_a_kite_that_turns():
     assert abs(after - before) > 0.07
     assert position < 2e-3
     assert course < 0.03
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.tuples(st.floats(-0.6, 0.6), st.floats(0.4, 0.9), st.floats(-3.1, 3.1)), st.floats(-0.5, 0.5))
+def test_the_first_sample_says_the_whole_wind_and_the_next_ones_that_it_is_the_same(at, direction):
+    """In the glide law's wind from any direction, wherever the kite is: 8 m/s, then through a turn of four seconds,
+    where the smoothed airspeed lags."""
+    sky = Sky(at, (0.215, 19.0, 290.0), 0.5, air=Air(8.0, direction), speed_law="glide", glide_ratio=2.85)
+    drift = sky.prediction._drift
+    for tick in range(200):
+        sky.see()
+        assume(sky.kite.course != sky.kite.heading)  # else there may be no wind across the tether
+        sky.kite.interval = sky.period
+        wind = 290.0 * drift._wind_x, 290.0 * drift._wind_y
+        assert wind == pytest.approx((8.0 * math.cos(direction), 8.0 * math.sin(direction)), abs=0.15 if tick else 1e-9)
+        sky.tick(0.3)
 
 
 def test_a_lost_sample_is_bridged_by_a_longer_way():
