@@ -87,22 +87,6 @@ class CurvePoint:
 
     def go_to(self, s: float) -> None:
         """Go to `s`."""
-        self.bend_to(s)
-        curve = self._curve
-        level = self._level
-        east = self._east
-        azimuth = curve.azimuth + curve.half_width * self._sin_s
-        cos_azimuth = cos(azimuth)
-        sin_azimuth = sin(azimuth)
-        inward = self.z * self._elevation_rate
-        self.x = level * cos_azimuth
-        self.y = level * sin_azimuth
-        self.dx = -inward * cos_azimuth - east * sin_azimuth
-        self.dy = east * cos_azimuth - inward * sin_azimuth
-        self.dz = level * self._elevation_rate
-
-    def bend_to(self, s: float) -> None:
-        """Go to `s` with what the curvature depends on, of which are z and the pace; the rest stays where it was."""
         curve = self._curve
         sin_s = self._sin_s = sin(s)
         cos_s = cos(s)
@@ -110,10 +94,19 @@ class CurvePoint:
         height = self._height = rise * cos_s
         azimuth_rate = self._azimuth_rate = curve.half_width * cos_s
         elevation_rate = self._elevation_rate = rise - 2.0 * rise * sin_s * sin_s
+        azimuth = curve.azimuth + curve.half_width * sin_s
         elevation = curve.elevation + height * sin_s
+        cos_azimuth = cos(azimuth)
+        sin_azimuth = sin(azimuth)
         level = self._level = cos(elevation)
-        self.z = sin(elevation)
+        sin_elevation = self.z = sin(elevation)
         east = self._east = level * azimuth_rate
+        inward = sin_elevation * elevation_rate
+        self.x = level * cos_azimuth
+        self.y = level * sin_azimuth
+        self.dx = -inward * cos_azimuth - east * sin_azimuth
+        self.dy = east * cos_azimuth - inward * sin_azimuth
+        self.dz = level * elevation_rate
         square = self.square = elevation_rate * elevation_rate + east * east
         self.pace = sqrt(square)
 

@@ -27,6 +27,7 @@ _SCAN_STEP = 2.0 * pi / _SCAN_POINTS  # type: Final
 _LEAST_SHARE = 0.2  # type: Final  # of the distance to a turn's centre that a kite inside it keeps
 _FURTHEST_AHEAD = 0.8  # type: Final  # in s [rad]: beyond lies another bend
 _CURVE_SHARE = 0.5  # type: Final  # of the actuator's rate for the curve; the rest is for errors
+_LOOK_EVERY = 4  # type: Final  # ticks: what is ahead changes slowly, and a look takes a board a millisecond
 _COURSE_WEIGHT = 0.2  # type: Final  # of flying the right way beside being near, when a strand is picked anew
 
 
@@ -54,6 +55,8 @@ class Guidance:
         self.running: bool = False  # True while a strand is followed
         self._point = CurvePoint(curve)  # the nearest
         self._ahead = CurvePoint(curve)  # where it will be nearest after the lead
+        self._look_in: int = 0  # ticks until it is looked ahead again
+        self._beyond: float = 0.0  # curvature that is begun early [rad/rad]
         self._along: float = 0.0  # the curve's own direction, carried to the kite [rad]
         self._side: float = 0.0  # t . gamma_t
         self._cosine: float = 1.0  # of the distance
@@ -70,6 +73,7 @@ class Guidance:
         self.running = False
         self.target_rate = 0.0
         self._pace = 0.0
+        self._look_in = 0
 
     def scan(self, frame: "TangentFrame", course: float) -> None:
         """Look at one more point of the whole curve, so that a far kite finds its way without a costly search."""
@@ -137,7 +141,11 @@ class Guidance:
         curvature = self.curve.direction * self._point.geodesic_curvature()
         lead = kite.config.lead
         if lead:
-            curvature += self._beyond_actuator(kite, curvature, lead)
+            self._look_in -= 1
+            if self._look_in <= 0:
+                self._look_in = _LOOK_EVERY
+                self._beyond = self._beyond_actuator(kite, curvature, lead)
+            curvature += self._beyond
         chi = kite.course - self._along
         slope = gain * side
         share = cosine + curvature * side
@@ -150,7 +158,7 @@ class Guidance:
         if way > _FURTHEST_AHEAD:
             way = _FURTHEST_AHEAD
         ahead = self._ahead
-        ahead.bend_to(self.path_parameter + self.curve.direction * way)
+        ahead.go_to(self.path_parameter + self.curve.direction * way)
         change = self.curve.direction * ahead.geodesic_curvature() - curvature
         needed = kite.turning_ratio * kite.speed * change  # of the nose's turning rate
         possible = _CURVE_SHARE * kite.turning_slew * lead

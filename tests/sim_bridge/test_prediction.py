@@ -84,7 +84,7 @@ def test_the_v3_kite_in_still_air_and_in_gusts():
     assert math.degrees(cross_track("v3-flight-paper", FF_GAIN=0.0, **STILL)) > 4.0
     assert math.degrees(cross_track("v3-flight", **STILL)) <= 0.45
     for seed in (1, 2, 3, 4):
-        assert math.degrees(cross_track("v3-flight", run__seed=seed)) <= 0.3
+        assert math.degrees(cross_track("v3-flight", run__seed=seed)) <= 0.4
 
 
 def test_a_slow_actuator_that_looks_ahead_tracks_closer():
