@@ -18,6 +18,7 @@ MENTIONS = ("make flash", *(f"kite-sitl {verb}" for verb in (
 NOT_RUN = {
     "make test": "runs this very test",
     "make mutants": "most of an hour",
+    "kite-sitl bench --before DIR": "needs another checkout (test_bench.py has one)",
     "make compiled": "a minute; CI runs it before the tests, which fly what it builds (test_native_loop.py)",
     "make emulated-pico": "needs MicroPython's image, and a quarter of an hour",
     "make emulated-pico PICO_IMAGE=RPI_PICO-v1.28.0.uf2": "needs that image, and a quarter of an hour",

@@ -120,7 +120,10 @@ print(bytes(buffer[:end]).hex(), decoder.next_frame(), decoder.message, decoder.
 
 @needs_micropython
 def test_it_leaves_room_on_a_small_heap():
-    """Compiled from its sources, the hardest case. Interned names double their table at some number: 14 KB at once."""
+    """Compiled from its sources, the hardest case. Interned names double their table at some number: 14 KB at once.
+
+    The steering's history takes 8 KB of it here, and half of that on a board, where a small integer is 4 bytes long.
+    """
     free = on_micropython("""
 import gc
 gc.threshold(4096)
@@ -130,4 +133,4 @@ from firmware_py.mavlink.link import MavlinkLink
 gc.collect()
 print(gc.mem_free())
 """)
-    assert int(free) > 38_000, "fewer names, modules or tables: a tick needs some 20 KB of this, in one piece"
+    assert int(free) > 36_000, "fewer names, modules or tables: a tick needs some 20 KB of this, in one piece"
