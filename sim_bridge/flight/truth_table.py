@@ -8,7 +8,7 @@ from kite_analysis.figure_eight import Array
 from sim_bridge.flight.truth_columns import COLUMNS, TruthRow
 
 _WIDTH: Final = len(COLUMNS)
-_BLOCK: Final = 64 * _WIDTH  # few enough numbers to be in the processor's cache when they are packed
+_ROWS: Final = 64  # of a block: few enough numbers to be in the processor's cache when they are packed
 
 
 class TruthTable:
@@ -26,20 +26,21 @@ class TruthTable:
         """Add a row."""
         self._newest += values
         self._count += 1
-        if len(self._newest) >= _BLOCK:
+        if self._count % _ROWS == 0:
             self._blocks.append(self._packed())
             self._newest = []
 
     def columns(self, first: int = 0) -> dict[str, Array]:
         """Columns by name, each of shape (n,), from row number `first` on."""
-        values = np.concatenate([*self._blocks, self._packed()])[first:]
+        blocks, within = divmod(first, _ROWS)
+        values = np.concatenate([*self._blocks[blocks:], self._packed()])[within:]
         return dict(zip(COLUMNS, values.T, strict=True))
 
     def last(self) -> TruthRow | None:
         """The newest row, None before the first."""
-        if self._newest:
-            return TruthRow._make(self._newest[-_WIDTH:])
-        return self.rows()[-1] if self._count else None
+        if not self._count:
+            return None
+        return TruthRow(**{name: float(value) for name, (value,) in self.columns(self._count - 1).items()})
 
     def rows(self) -> list[TruthRow]:
         """All rows."""
