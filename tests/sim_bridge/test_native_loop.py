@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import sysconfig
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -234,6 +235,34 @@ def test_without_mypyc_a_line_says_what_to_install(copy):
     done = subprocess.run([sys.executable, "-c", script], cwd=copy, text=True, capture_output=True, check=False)
     assert done.returncode == 1 and not done.stderr
     assert "pip install 'kitepilot[compiled]'" in done.stdout.splitlines()[-1]
+
+
+def wheel_of(folder: Path) -> set[str]:
+    """The files of the wheel that pip makes of the sources in `folder`, its own name among them."""
+    for name in ("pyproject.toml", "setup.py", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, folder / name)
+    out = folder / "wheels"
+    done = subprocess.run(
+        [sys.executable, "-m", "pip", "wheel", "--no-deps", "--no-build-isolation", "--wheel-dir", str(out), "."],
+        cwd=folder, text=True, capture_output=True, check=False)
+    assert done.returncode == 0, done.stderr
+    wheel, = out.glob("*.whl")
+    return {wheel.name, *zipfile.ZipFile(wheel).namelist()}
+
+
+def test_a_wheel_carries_the_build_of_the_sources_that_it_has(copy):
+    files = wheel_of(copy)
+    assert f"{BUILD.name}/{ABOUT.name}" in files
+    assert not any(name.endswith("none-any.whl") for name in files)
+
+
+def test_a_wheel_leaves_out_the_build_of_other_sources(copy):
+    source = copy / "firmware_py" / "sphere.py"
+    source.write_text(source.read_text("utf-8") + "\n# a change\n", "utf-8")
+    files = wheel_of(copy)
+    assert "firmware_py/sphere.py" in files
+    assert not any(name.startswith(BUILD.name) for name in files)
+    assert any(name.endswith("none-any.whl") for name in files)
 
 
 def test_the_library_fuses_no_multiplication_with_an_addition(built):
