@@ -8,7 +8,7 @@ its own module and in those that import it, and its definition goes. So does wha
 
 import ast
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 Number = int | float
@@ -47,6 +47,17 @@ def is_types_only(text: str) -> bool:
     """True for the text of a module that holds nothing but types: no board needs it."""
     first, *rest = ast.parse(text).body or [ast.Pass()]
     return isinstance(first, ast.Expr) and bool(rest) and all(map(is_for_types, rest))
+
+
+def imported_names(importer: str, nodes: Iterable[ast.AST], is_package: bool = False) -> Iterator[str]:
+    """Full names of what the statements among `nodes` of the module `importer` import: modules, or names in them."""
+    for node in nodes:
+        if isinstance(node, ast.ImportFrom):
+            source = imported_module(importer, node, is_package)
+            yield source
+            yield from (f"{source}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
 
 
 class _Module:

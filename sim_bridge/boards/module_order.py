@@ -4,10 +4,9 @@
 """
 
 import ast
-from collections.abc import Iterator
 from pathlib import Path
 
-from sim_bridge.boards.constants import imported_module
+from sim_bridge.boards.constants import imported_names
 from sim_bridge.boards.image import PACKAGE, firmware_files, module_name
 
 TARGET = Path(__file__).parent.parent.parent / PACKAGE / "generated_module_order.py"
@@ -31,7 +30,7 @@ def _order() -> list[str]:
         if name in begun:
             return
         begun.add(name)
-        for other in _imports(name, files[name]):
+        for other in imported_names(name, ast.parse(files[name].read_text("utf-8")).body):
             if other in files:
                 visit(other)
         order.append(name.removeprefix(f"{PACKAGE}."))
@@ -39,15 +38,6 @@ def _order() -> list[str]:
     for name in sorted(files):
         visit(name)
     return order
-
-
-def _imports(name: str, path: Path) -> Iterator[str]:
-    """Full names of what the module `name` imports from the package, and of the names that it takes from there."""
-    for node in ast.parse(path.read_text("utf-8")).body:
-        if isinstance(node, ast.ImportFrom) and node.level:
-            source = imported_module(name, node)
-            yield source
-            yield from (f"{source}.{alias.name}" for alias in node.names)
 
 
 if __name__ == "__main__":

@@ -17,14 +17,14 @@ from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any
 
-from sim_bridge.boards.constants import imported_module
+from sim_bridge.boards.constants import imported_names
 from sim_bridge.native.choice import digest_of
 from sim_bridge.native.modules import ABOUT, BUILD, MODULES, ROOT, source_of
 
 WORK = ROOT / "build" / "compiled"  # what is made on the way, and the log
 LOG = WORK / "log.txt"
 _HEADER = Path(__file__).parent / "primitives.h"
-_FLAGS = ["-O3", "-g0", "-ffp-contract=off", "-fno-fast-math", f"-include{_HEADER}"]
+_FLAGS = ["-O3", "-g0", "-ffp-contract=off", "-fno-fast-math", "-include", str(_HEADER)]
 _OURS = ("firmware_py", "kite_analysis", "protocol", "sim_bridge")
 
 
@@ -114,18 +114,9 @@ def _sources() -> set[str]:
         file = source.relative_to(ROOT).as_posix()
         if file not in found:
             found.add(file)
-            waiting += _imports(module, source)
+            nodes = ast.walk(ast.parse(source.read_text("utf-8")))
+            waiting += imported_names(module, nodes, source.name == "__init__.py")
     return found | {_HEADER.relative_to(ROOT).as_posix()}
-
-
-def _imports(module: str, source: Path) -> Iterator[str]:
-    for node in ast.walk(ast.parse(source.read_text("utf-8"))):
-        if isinstance(node, ast.ImportFrom):
-            origin = imported_module(module, node, source.name == "__init__.py")
-            yield origin
-            yield from (f"{origin}.{alias.name}" for alias in node.names)
-        elif isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
 
 
 @contextmanager

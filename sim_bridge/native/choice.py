@@ -41,26 +41,32 @@ def choose_loop(interpreted: bool = False) -> str | None:
         return None
     if any(name in sys.modules for name in MODULES):
         return None
-    misfit = misfit_of_build()
+    misfit, files = _look_at_build()
     if misfit is not None:
         return f"the compiled loop {misfit}: flying interpreted; `make compiled` builds it anew"
-    sys.meta_path.insert(0, _Finder(json.loads(ABOUT.read_text("utf-8"))["modules"]))
+    sys.meta_path.insert(0, _Finder(files))
     return None
 
 
 def misfit_of_build() -> str | None:
     """Why the build that there is cannot be used here, to go on after "the compiled loop"; None if it can."""
+    misfit, _ = _look_at_build()
+    return misfit
+
+
+def _look_at_build() -> tuple[str | None, dict[str, str]]:
+    """What is wrong with the build that there is, or None; and its files by module."""
     try:
         about = json.loads(ABOUT.read_text("utf-8"))
-        sources, suffix, _ = about["sources"], about["suffix"], about["modules"]
+        sources, suffix, files = about["sources"], about["suffix"], about["modules"]
     except (OSError, ValueError, KeyError) as error:
-        return f"cannot be read ({error!r})"
+        return f"cannot be read ({error!r})", {}
     if suffix != sysconfig.get_config_var("EXT_SUFFIX"):
-        return "is for another Python"
+        return "is for another Python", {}
     for file, digest in sources.items():
         if not (ROOT / file).exists() or digest_of(file) != digest:
-            return f"is of other sources ({file} has changed)"
-    return None
+            return f"is of other sources ({file} has changed)", {}
+    return None, files
 
 
 def loop_in_use() -> str:

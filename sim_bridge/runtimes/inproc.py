@@ -48,8 +48,7 @@ class DirectLink:
 
     def answer(self, message: int, values: Sequence[Any]) -> None:
         """Take an answer from the firmware."""
-        self.send(message, values)
-        self.budget.spend_on_answer(_size(message, values))
+        self.budget.spend_on_answer(self.send(message, values) or _size(message, values))
 
     def send(self, message: int, values: Sequence[Any]) -> int:
         """Take a message from the firmware; return the bytes of its frame, where the firmware counts them."""

@@ -5,13 +5,13 @@ wire order), as the firmware's own tables have them, so that no runtime needs to
 protocol/messages.py have names.
 """
 
-from typing import Protocol
+from typing import Final, Protocol
 
 from sim_bridge.equipment.sensors import Sample
 from sim_bridge.links.wire import Message
 from sim_bridge.runtimes.tick_output import TickOutput
 
-LEAD_IN_S = 2.0  # enough in lockstep, where nothing is lost
+LEAD_IN_S: Final = 2.0  # enough in lockstep, where nothing is lost
 
 
 class Runtime(Protocol):
